@@ -162,7 +162,8 @@ def _mean_plane(
     most = theta + 0.25 * math.pi
     if left(0.0) * left(most) >= 0.0:
         raise SceneError(f"precession_of: the mean orbit of {shown(moon.name)} keeps no tilt; is it bound?")
-    return float(brentq(left, 0.0, most, xtol=1e-300, rtol=1e-14, maxiter=1000))
+    root: Any = brentq(left, 0.0, most, xtol=1e-300, rtol=1e-14, maxiter=1000)  # pyright: ignore[reportArgumentType]
+    return float(root)
 
 
 def _ring(inner: _Orbit, outer: _Orbit) -> float:

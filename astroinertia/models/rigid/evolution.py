@@ -118,7 +118,7 @@ class RigidBody:
             if self._steps > begun + _STEPS_AT_ONCE:
                 return
 
-    def through(self, times: Sequence[float], opening_potential: float | None, most: float) -> list[Record]:
+    def through(self, times: Any, opening_potential: float | None, most: float) -> list[Record]:
         """Go through output times, up to the next break of the torques, and give the record of each that was met."""
         times = np.asarray(times, dtype=float)[:AT_ONCE]
         times = times[times < min(self._breaks(times[-1]), default=math.inf)]
@@ -202,7 +202,8 @@ class RigidBody:
             begun, self._way = float(met.time[-1]), adaptive.Way()
         if trouble == passage.UNFINISHED:
             on = passed.course
-            part = adaptive.Advanced(on.state, on.time, on.timestep, passed.since, False, True, True)
+            ended = map(jnp.asarray, (False, True, True))
+            part = adaptive.Advanced(on.state, on.time, on.timestep, passed.since, *ended)
             if not self._way.goes_on(begun, part, float(times[number])):
                 self._refusal = NumericalError(_FAR_TOO_MANY, time=self._time)
         elif trouble:
@@ -217,8 +218,8 @@ class RigidBody:
         return met
 
     def _course(self) -> Course:
-        numbers = (self._time, self._pace, self._timestep)
-        return Course(self.state, *map(np.float64, numbers), np.int64(self._steps))
+        time, pace, timestep = map(np.float64, (self._time, self._pace, self._timestep))
+        return Course(self.state, time, pace, timestep, np.int64(self._steps))
 
     def _present(self) -> Met:
         """The present state, as the only one."""
@@ -241,7 +242,8 @@ class RigidBody:
                 unexplained += work[:, number] + ledger.potential[:, number] - self._opening["potentials"][number]
         gained = (moments.velocity - self._opening["velocity"])[:, None]
         unknown = np.full(count, np.nan)
-        states: Any = BodyState(
+        made: Any = BodyState  # of columns here, one number a state
+        states = made(
             time=met.time, step=met.steps, mass=np.full(count, mass), centre_of_mass=moments.place,
             momentum=mass * moments.velocity, second_moment=moments.second, mixed_moment=moments.mixed,
             kinetic_tensor=moments.kinetic, virial_tensor=ledger.virial, force=ledger.force,
