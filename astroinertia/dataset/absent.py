@@ -5,8 +5,8 @@ Tests: tests/unit/dataset/test_absent.py.
 
 import functools
 import json
-from collections.abc import Callable, Sequence
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from astroinertia.observables.quantities import DERIVED, LABELS, RECORDED
 from astroinertia.units import DIMENSIONLESS
 
 ATTRIBUTE = "absent"  # of a dataset without them: names and reasons, as JSON
-_P, _R = ParamSpec("_P"), TypeVar("_R")
+_F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def reasons(dataset: xr.Dataset) -> dict[str, str]:
@@ -62,12 +62,12 @@ def whole(dataset: xr.Dataset) -> xr.Dataset:
     return completed
 
 
-def with_absent(function: Callable[Concatenate[Any, _P], _R]) -> Callable[Concatenate[Any, _P], _R]:
+def with_absent(function: _F) -> _F:
     """A function of a dataset, or of several, that is given them whole."""
 
     @functools.wraps(function)
-    def of_whole(dataset: xr.Dataset | Sequence[xr.Dataset], *args: _P.args, **options: _P.kwargs) -> _R:
+    def of_whole(dataset: Any, *args: Any, **options: Any) -> Any:
         several = isinstance(dataset, list | tuple)
         return function([whole(one) for one in dataset] if several else whole(dataset), *args, **options)
 
-    return of_whole
+    return of_whole  # type: ignore[return-value]

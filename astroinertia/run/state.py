@@ -62,7 +62,7 @@ class RunState:
         if name.startswith("_"):
             raise AttributeError(name)
         if name == "time":
-            return self._quantity(np.float64(self._time), TIME_QUANTITY)
+            return self._quantity(np.array(self._time), TIME_QUANTITY)
         if name in OF_PARTICLES:
             return self._of_particles(name)
         schema = self._schema

@@ -119,7 +119,7 @@ def _plain(value: Any, path: Path) -> Any:
     if quantity is not None:
         _refuse_many(quantity, path)
         return written_quantity(quantity)
-    if isinstance(value, Integral) and abs(value) < LARGEST_INTEGER:
+    if isinstance(value, Integral) and abs(int(value)) < LARGEST_INTEGER:
         return int(value)
     if isinstance(value, Real | Decimal):
         return _number(value)
