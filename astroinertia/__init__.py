@@ -18,8 +18,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from astroinertia.process.lazy import exported
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -33,8 +31,15 @@ if TYPE_CHECKING:
 
     Function = Callable[[Any], Any]
 
-__getattr__ = exported(__name__, {"astroinertia.scene.schema": ("Scene",)})
 __all__ = ["Scene", "branch", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
+
+
+def __getattr__(name: str) -> Any:
+    if name != "Scene":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from astroinertia.scene.schema import Scene
+
+    return Scene
 
 
 def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":

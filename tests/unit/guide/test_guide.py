@@ -316,6 +316,8 @@ def workplace(tmp_path_factory):
     (folder / "births.toml").write_text(births)
     astroinertia.run_scene(folder / "births.toml", folder / "runs/pulsar_births")
     (folder / "star.toml").write_text(STAR)
+    asteroid = (ROOT / "sims/asteroid_settles.toml").read_text()
+    (folder / "asteroid.toml").write_text(re.sub(r"^end = .*$", 'end = "2 h"', asteroid, flags=re.MULTILINE))
     cloud = STAR.replace("1 Rsun", "0.1 pc").replace("1 min", "1 kyr").replace("[effects.gravity]\n", "")
     (folder / "cloud.toml").write_text(cloud)
     (folder / "ring.toml").write_text(STAR.replace('"ideal"', '"isothermal"\nsound_speed = "1 km/s"'))
