@@ -1,6 +1,6 @@
 """What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -91,7 +91,9 @@ class Evolution(Protocol):
 class Through(Protocol):
     """What an evolution may offer besides: many records in one call, where each takes little time."""
 
-    def through(self, times: Any, opening_potential: float | None, most: float) -> list[Record]:
+    def through(
+        self, times: Sequence[float] | np.ndarray, opening_potential: float | None, most: float
+    ) -> list[Record]:
         """Go through output times, ascending, and give the record of each of the first of them that were met.
 
         For about a second at most, and not past the time at which there are `most` steps. What is done on the way

@@ -118,7 +118,9 @@ class RigidBody:
             if self._steps > begun + _STEPS_AT_ONCE:
                 return
 
-    def through(self, times: Any, opening_potential: float | None, most: float) -> list[Record]:
+    def through(
+        self, times: Sequence[float] | np.ndarray, opening_potential: float | None, most: float
+    ) -> list[Record]:
         """Go through output times, up to the next break of the torques, and give the record of each that was met."""
         times = np.asarray(times, dtype=float)[:AT_ONCE]
         times = times[times < min(self._breaks(times[-1]), default=math.inf)]
