@@ -36,7 +36,7 @@ def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:
     body: Any = scene.body
     spin: Any = body.rotation
     settles = body.relax and body.settles and not body.homologous and {"gravity", "pressure"} <= set(scene.effects)
-    if not settles or spin is None or spin.law != "rigid":
+    if not settles or spin is None or spin.law != "rigid" or body.radius is None:
         return
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
     if spin.t_over_w is not None:

@@ -251,7 +251,8 @@ def _plan(options: Options) -> int:
     scene = _load(options)
     from astroinertia.build.refusals import refuse_impossible
 
-    refuse_impossible(scene)
+    with _voice("the body is checked"):
+        refuse_impossible(scene)
     if options.pilot:
         scene = _chosen(scene, Path("runs") / scene.name, options)
     with _voice("the plan is worked out"):
@@ -281,7 +282,8 @@ def _run(options: Options) -> int:
     from astroinertia.accuracy.running import run_scene
     from astroinertia.run.loop import refuse_before
 
-    refuse_before(scene, folder)
+    with _voice("the body is checked"):
+        refuse_before(scene, folder)
     scene = _chosen(scene, folder, options)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     with Meter(_Console(highlight=False)) as meter:

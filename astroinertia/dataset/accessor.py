@@ -316,7 +316,7 @@ class InertiaAccessor:
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
 
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
-        0.09
+        0.16
         """
         from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
 

@@ -308,7 +308,7 @@ def test_energy_and_ledger_close(logotrope, tmp_path, setting) -> None:
 def test_matter_that_can_be_warm_keeps_what_viscosity_heats(tmp_path, timesteps) -> None:
     text = IDEAL.replace("radius = 1.0", f"radius = 1.0\nspecific_internal_energy = 6.0\nvelocity_gradient = {FALL}")
     errors = []
-    for step in (0.004, 0.002):
+    for step in (0.005, 0.0025):  # outputs are met by whole numbers of them
         scene = loads(text, [f"numerics.max_timestep={step}", f"numerics.timesteps={timesteps}", "time.end=0.2"])
         found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / str(step), matter=Warm()))
         errors.append(float(found.total_energy[-1] - found.total_energy[0]))

@@ -56,7 +56,7 @@ BARS: Mapping[str, float] = MappingProxyType(
 FLOAT32 = 1e-7
 NOT_ALWAYS = (
     "timestep_limit_radius", "timestep_limit_density", "internal_energy", "gravitational_energy",
-    "smoothing_to_thickness",  # of what has none
+    "smoothing_to_thickness", "enclosing_ellipsoid",  # of what has no thickness
 )  # fmt: skip
 PROFILES = "_profile"  # shells without particles have none
 

@@ -8,6 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from astroinertia import plots
+from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import pictures, style, waves
 from tests.sims import SIMS
@@ -223,7 +224,7 @@ def test_accessor_draws_the_same_figures(series, snapshots):
     for name in ("inertia", "spin", "ledger", "shape", "energy", "waves", "profiles"):
         assert getattr(series.inertia, f"plot_{name}")().axes
     assert series.inertia.plot_density(snapshots=snapshots.isel(snapshot_time=[0])).axes
-    with pytest.raises(ValueError, match="no snapshots"):
+    with pytest.raises(AbsentError, match="no snapshots"):
         series.inertia.plot_density()
 
 
