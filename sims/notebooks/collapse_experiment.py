@@ -139,11 +139,10 @@ print(f"evolved and summed differ by at most {closure:.0e}")
 # %% [markdown]
 # ## 2. The spin
 #
-# No effect in this scene can turn an isolated cloud, so the angular momentum $L$ stays, and the mean angular velocity $\omega =
-# I^{-1}L$ rises exactly as $1/I$. The law $\omega\propto R^{-2}$ needs more: that the cloud keeps its shape and
-# profile. Beside the fluid, we let the model `scaling` answer the same question. It takes conservation laws and nothing
-# else, and shrinks the body as we tell it: here as the particles did, at twelve instants.
-
+# No effect in this scene can turn an isolated cloud, so the angular momentum $L$ stays, and the mean angular velocity
+# $\omega = I^{-1}L$ rises exactly as $1/I$. The law $\omega\propto R^{-2}$ needs more: that the cloud keeps its shape
+# and profile. Beside the fluid, we let the model `scaling` answer the same question. It takes conservation laws and
+# nothing else, and shrinks the body as we tell it: here as the particles did, at twelve instants.
 # %%
 picked = np.unique(np.linspace(0, bounce, 13).astype(int))[1:]
 times = [f"{each:.6e} s" for each in cloud.time.values[picked]]
@@ -191,7 +190,7 @@ upper.semilogy(time, spin / spin[0], lw=4, alpha=0.4, label="particles")
 upper.semilogy(time, moment[0] / moment, "--", color="C1", label="$I_0/I$")
 falling = scaling.time <= cloud.time[bounce]
 upper.semilogy(scaling.time[falling] / kyr, (scaled_spin / scaled_spin[0])[falling], "k:", label="model scaling")
-upper.set(ylabel=r"mean angular velocity over its first value, $\omega/\omega_0$", title="Spin-up of a collapsing cloud")
+upper.set(ylabel=r"angular velocity over its first value, $\omega/\omega_0$", title="Spin-up of a collapsing cloud")
 lower.plot(time, ratio, lw=2, label="particles")
 lower.plot(scaling.time[falling] / kyr, scaled_ratio[falling], "k:", label="model scaling")
 lower.axhline(secular, color="C3", lw=1)
