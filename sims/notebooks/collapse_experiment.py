@@ -143,6 +143,7 @@ print(f"evolved and summed differ by at most {closure:.0e}")
 # $\omega = I^{-1}L$ rises exactly as $1/I$. The law $\omega\propto R^{-2}$ needs more: that the cloud keeps its shape
 # and profile. Beside the fluid, we let the model `scaling` answer the same question. It takes conservation laws and
 # nothing else, and shrinks the body as we tell it: here as the particles did, at twelve instants.
+
 # %%
 picked = np.unique(np.linspace(0, bounce, 13).astype(int))[1:]
 times = [f"{each:.6e} s" for each in cloud.time.values[picked]]
