@@ -170,7 +170,7 @@ def effect_colour(name: str, names: list[str]) -> str:
 
 def words(name: str) -> str:
     """A name of the dataset as it is said."""
-    return name.replace("_", " ")
+    return name.replace("_", " ").replace("enclosing 99", "enclosing 99 %")
 
 
 def compression_time(dataset: xr.Dataset) -> int | None:
