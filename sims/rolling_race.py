@@ -1,9 +1,10 @@
-"""A rolling race: which of a ball, a cylinder, a tube and a hoop reaches the foot of an incline first, and why.
+"""A rolling race: which of a block on ice, a ball, a cylinder, a tube and a hoop reaches the foot of an incline first.
 
     python sims/rolling_race.py --incline 10 --distance 2 --output rolling_race.png
 
 The order depends on I/(m R^2) alone, not on mass or size: the bodies here are of many sizes. Expected at any incline:
-solid ball, capsule, solid cylinder, thin ball, thick tube, hoop, and last the spool that rolls on its thin hub.
+the block, which slides without friction and does not turn, then solid ball, capsule, solid cylinder, thin ball, thick
+tube, hoop, and last the spool that rolls on its thin hub.
 """
 
 import argparse
@@ -31,6 +32,7 @@ RUNNERS = {
         0.03,
     ),
 }
+BLOCK = "block on ice"  # nothing of its energy goes into turning: its I/(m R^2) is 0
 GHOSTS = (0.25, 0.5, 0.75)  # of the winner's time, at which its and the others' places are drawn, too
 
 
@@ -79,7 +81,14 @@ def _lanes(axes, finishes: list[Finish], rows: np.ndarray, distance: float) -> N
         axes.axhline(row - size, color=style.PALE, linewidth=1, zorder=0.5)
         for share in (*GHOSTS, 1.0):
             place = distance * (share * first / each.time) ** 2
-            _disc(axes, place, row, size, place / distance, alpha=1.0 if share == 1.0 else 0.25)
+            _mark(
+                axes,
+                place,
+                row,
+                size,
+                None if each.name == BLOCK else place / distance,
+                alpha=1.0 if share == 1.0 else 0.25,
+            )
         axes.annotate(
             f"{each.time:.3f} s", (1.155 * distance, row), ha="right", va="center", fontsize=10,
             fontweight="bold" if each is finishes[0] else "normal", color=style.INK,
@@ -88,15 +97,26 @@ def _lanes(axes, finishes: list[Finish], rows: np.ndarray, distance: float) -> N
     axes.set_title("When the first arrives, and at a quarter, half and three quarters of its time")
 
 
-def _disc(axes, x: float, row: float, size: float, turned: float, alpha: float) -> None:
-    """A round disc in axes whose two scales differ, with a mark that shows how far it has turned."""
+def _mark(axes, x: float, row: float, size: float, turned: float | None, alpha: float) -> None:
+    """A round disc in axes whose two scales differ, with a line that shows its turns; a square if it slides."""
     figure = axes.get_figure()
     height = figure.get_size_inches()[1]
     # Points per row, as the layout will have them within a few per cent; markers are round by nature.
     points = 2 * size * 0.77 * height * 72 / np.ptp(axes.get_ylim())
+    shape = "s" if turned is None else "o"
     axes.plot(
-        x, row, "o", markersize=points, color=style.SKY, markeredgecolor=style.BLUE, alpha=alpha, zorder=2, linestyle=""
+        x,
+        row,
+        shape,
+        markersize=points,
+        color=style.SKY,
+        markeredgecolor=style.BLUE,
+        alpha=alpha,
+        zorder=2,
+        linestyle="",
     )
+    if turned is None:
+        return
     axes.plot(
         x, row, marker=(2, 0, -360.0 * 2 * turned), markersize=points, markeredgecolor=style.INK, alpha=alpha, zorder=3
     )
@@ -112,7 +132,9 @@ def main() -> None:
     if not 0 < chosen.incline < 90 or not 0 < chosen.distance < math.inf:
         parser.error("the incline must be between 0 and 90 degrees, and the distance above 0")
     incline = math.radians(chosen.incline)
-    coefficients = {name: float(rolling_coefficient(body, radius)) for name, (body, radius) in RUNNERS.items()}
+    coefficients = {BLOCK: 0.0} | {
+        name: float(rolling_coefficient(body, radius)) for name, (body, radius) in RUNNERS.items()
+    }
     finishes = rolling_race(coefficients, chosen.distance, incline)
     print(table(finishes, incline))
     if chosen.output:

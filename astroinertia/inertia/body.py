@@ -60,6 +60,7 @@ class Body:
         """
         xp = namespace(matrix, self.inertia)
         matrix = xp.asarray(matrix)
+        matrix = matrix.astype(xp.result_type(matrix, self.inertia))
         if is_known(matrix):
             product = xp.swapaxes(matrix, -1, -2) @ matrix
             if not (abs(product - xp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL * xp.finfo(matrix.dtype).eps).all():

@@ -114,6 +114,32 @@ def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> A
     return 0.5 * body.moment(axis) * namespace(rate, body.inertia).asarray(rate) ** 2
 
 
+@with_quantities(angles="rad", load="N m")
+def flywheel_rates(torque: Array, angles: Array, moment: Array, rate: Array, load: Array | None = None) -> Array:
+    """The angular velocity (..., n) of a flywheel driven by a torque that depends on its angle, at angles (n,).
+
+    I w^2/2 grows by the work of `torque` (..., n) less that of a steady `load`, the mean torque where none is given, by
+    the trapezoid rule; moment: I (...,); rate: w at the first angle (...,). A flywheel that the load stops is NaN from
+    there. For a moment large enough the fluctuation (greatest - least)/mean is (greatest - least work)/(I w^2). Source:
+    Norton (2011), Design of Machinery, section 11.11.
+
+    >>> angles = np.linspace(0, 2 * np.pi, 361)
+    >>> rates = flywheel_rates(100 * np.sin(2 * angles), angles, moment=2.0, rate=50.0)  # work swings by 100 J
+    >>> print(f"{np.ptp(rates) / rates.mean():.4f}")  # 100/(2 50.5^2)
+    0.0196
+    """
+    xp = namespace(torque, angles, moment, rate)
+    torque, angles = xp.asarray(torque), xp.asarray(angles)
+    steps = xp.diff(angles)
+    work = xp.cumsum(0.5 * (torque[..., 1:] + torque[..., :-1]) * steps, axis=-1)
+    work = xp.concatenate([xp.zeros_like(torque[..., :1]), work], axis=-1)
+    turned = angles - angles[..., :1]
+    load = work[..., -1:] / turned[..., -1:] if load is None else xp.asarray(load)[..., None]
+    square = xp.asarray(rate)[..., None] ** 2 + 2 * (work - load * turned) / xp.asarray(moment)[..., None]
+    stopped = xp.cumsum(square <= 0, axis=-1) > 0
+    return xp.sqrt(xp.where(stopped, xp.nan, square))
+
+
 @with_quantities()
 def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_ratio: Array = 0.3) -> Array:
     """(3 + nu)/8 rho w^2 R^2: the greatest stress in a flat disc without a hole, at its centre, hoop and radial alike.

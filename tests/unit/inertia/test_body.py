@@ -89,6 +89,11 @@ def test_a_matrix_that_stretches_is_refused(points):
         of_points(*points).rotated(np.diag([1.0, 1.0, 1.1]))
 
 
+def test_a_rotation_in_whole_numbers_is_one(points):
+    body = of_points(*points)
+    same(body.rotated([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), body.rotated(np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])))
+
+
 def test_batches_and_precision_are_kept(points):
     body = of_points(*points)
     batch = Body(*(np.stack([value, value]) for value in (body.mass, body.centre, body.inertia)))

@@ -92,11 +92,29 @@ def test_the_stress_balances_the_disc():
     assert rolling.spinning_disc_stress(density, radius, rate, nu) == pytest.approx(radial(0), rel=1e-14)
 
 
+@pytest.mark.parametrize("load", [None, 3.0])
+def test_a_flywheel_stores_the_work_that_the_load_does_not_take(load):
+    angles = np.linspace(0.0, 4 * np.pi, 4001)
+    torque = 3.0 + 40.0 * np.sin(angles) + 10.0 * np.cos(3 * angles)
+    rates = rolling.flywheel_rates(torque, angles, 0.7, 30.0, load)
+    work = 40.0 * (1 - np.cos(angles)) + 10.0 / 3 * np.sin(3 * angles)
+    np.testing.assert_allclose(0.35 * (rates**2 - 900.0), work, atol=5e-4)
+    assert rates[-1] == pytest.approx(30.0, rel=1e-12)
+
+
+def test_a_flywheel_that_the_load_stops_stays_stopped():
+    angles = np.linspace(0.0, 6.0, 61)
+    rates = rolling.flywheel_rates(np.where(angles < 4, 0.0, 50.0), angles, 1.0, 3.0, load=2.0)
+    stop = np.flatnonzero(np.isnan(rates))[0]
+    assert angles[stop] == pytest.approx(9.0 / 4, abs=0.1) and np.isnan(rates[stop:]).all()
+
+
 def test_the_script_of_the_race(tmp_path):
     printed = run_sim("rolling_race.py", "--incline", "30", "--output", tmp_path / "race.png")
-    places = [line.split("  ")[0:3] for line in printed.splitlines()[1:8]]
+    places = [line.split("  ")[0:3] for line in printed.splitlines()[1:9]]
     assert [" ".join(place).split(None, 1)[1].strip() for place in places] == [
-        "solid ball", "capsule", "solid cylinder", "thin ball", "thick tube", "hoop", "spool on its hub",
+        "block on ice", "solid ball", "capsule", "solid cylinder", "thin ball", "thick tube", "hoop",
+        "spool on its hub",
     ]  # fmt: skip
     assert (tmp_path / "race.png").stat().st_size > 20_000
     assert "--incline" in run_sim("rolling_race.py", "--help")
