@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from astroinertia.inertia.body import Body
-from astroinertia.process.quantities import InputError
+from astroinertia.process.quantities import InputError, with_quantities
 
 Array = Any
 
@@ -56,6 +56,7 @@ class Posture:
     inertia_rate: np.ndarray
 
 
+@with_quantities(angles="rad", rates="rad/s")
 def posture(limbs: Sequence[Limb], angles: Array, rates: Array = 0.0) -> Posture:
     """Where the limbs are with joints at `angles` (limbs,), and how they move with rates (limbs,).
 
@@ -101,6 +102,7 @@ def posture(limbs: Sequence[Limb], angles: Array, rates: Array = 0.0) -> Posture
     return Posture(parts, whole, momentum, np.trace(grown) * np.eye(3) - grown)
 
 
+@with_quantities()
 def free_turning(
     limbs: Sequence[Limb],
     joints: Callable[[float], tuple[Array, Array]],
