@@ -3,6 +3,10 @@
 Tests: tests/unit/bodies/test_figures.py, tests/unit/bodies/test_ellipsoids.py, tests/unit/bodies/test_scf.py.
 """
 
+import numpy as np
+
+from astroinertia.inertia.gravity_field import GravityField, zonal_field
+
 
 class EquilibriumFigure:
     """Ratios and energies of a body that turns about its shortest axis, from its mass, radii, moments and rate.
@@ -20,6 +24,11 @@ class EquilibriumFigure:
     polar_moment: float
     mean_moment: float
     gravitational_energy: float
+    zonal_harmonics: np.ndarray
+
+    def gravity_field(self) -> GravityField:
+        """The field outside, about z, to the degree of zonal_harmonics, with the equatorial radius."""
+        return zonal_field(self.mass, self.equatorial_radius, self.zonal_harmonics)
 
     @property
     def flattening(self) -> float:

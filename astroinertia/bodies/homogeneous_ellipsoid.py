@@ -12,6 +12,7 @@ import numpy as np
 from astroinertia.bodies import ellipsoid_gravity
 from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.scale import positive_scale
+from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,10 @@ class HomogeneousEllipsoid(EquilibriumFigure):
     def gravitational_energy(self) -> float:
         """W, of the body itself."""
         return ellipsoid_gravity.gravitational_energy(self.axes, self.mass, self.gravitational_constant)
+
+    def gravity_field(self, degree: int = 20) -> GravityField:
+        """The field outside, a along x and c along z, with the equatorial radius a."""
+        return ellipsoid_field(self.mass, self.axes, degree, self.equatorial_radius)
 
     @property
     def zonal_harmonics(self) -> np.ndarray:

@@ -20,11 +20,14 @@ files:
 
 All moments are about one point. I/(M R^2) takes for R the distance of the outermost particle from the centre of mass,
 or for a mesh the radius of the sphere of the same volume, unless --radius gives one; the output says which.
+--gravity-field has C_lm and S_lm of all degrees up to DEGREE about that point, with the same R, and J_l = -C_l0 not
+normalised; --normalization is 4pi (geodesy), ortho, schmidt or unnorm, without the phase of Condon and Shortley.
 POINT, R and RHO are in the units of the file. Where two moments are equal, their axes are undefined, and said to be.
 
 example: astroinertia moments particles.csv
          astroinertia moments particles.h5 --units Msun,Rsun --axis z --plot star.png
          astroinertia moments asteroid.stl --density 2000 --units kg,m --about=-1,0,2.5
+         astroinertia moments asteroid.stl --gravity-field 8 --radius 300
          astroinertia moments runs/pulsar_collapse --snapshot 0 --json
 """
 
@@ -38,6 +41,10 @@ def add_arguments(add: Add) -> None:
     add("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
     add("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
     add("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
+    add(
+        "--gravity-field", type=int, metavar="DEGREE", help="spherical harmonics of the gravity field up to this degree"
+    )
+    add("--normalization", default="4pi", metavar="NAME", help="of these: 4pi, ortho, schmidt or unnorm (default: 4pi)")
     add("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
     add("--json", action="store_true", help="print everything as JSON")
     add("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
@@ -65,6 +72,8 @@ def report(options: Options) -> str:
             None if about is None else [size * coordinate for coordinate in about],
             axis,
             None if options.radius is None else size * options.radius,
+            options.gravity_field,
+            options.normalization,
         )
     except ValueError as error:
         raise SceneError(f"{options.file}: {error}") from error

@@ -18,6 +18,7 @@ from astroinertia.dataset import open_snapshots
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
+from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
@@ -217,6 +218,31 @@ class InertiaAccessor:
         reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
         return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
+
+    @with_quantities()
+    def gravity_field(
+        self, degree: int = 8, radius: float | None = None, normalization: str = "4pi", csphase: int = 1
+    ) -> xr.Dataset:
+        """Harmonics of the gravity field at each snapshot: harmonic_coefficient and zonal_harmonic (J_l, about z).
+
+        About the centre of mass, in the axes of the dataset, with the reference radius of the reader's choice or the
+        one at that time that zonal_harmonic_2 refers to. Conventions as of inertia.gravity_field. Without particles, a
+        homogeneous body that keeps its profile has its field at every record, in closed form. 1e5 particles take 0.05 s
+        a snapshot to degree 8 and 1 s to degree 50. AbsentError where there is neither.
+
+        >>> field = ds.inertia.gravity_field()
+        >>> c20 = field.harmonic_coefficient.sel(part="C", degree=2, order=0)
+        >>> print(f"{float(c20[0] * np.sqrt(5) / ds.gravity_coefficient[0, 0]):.6f}")  # one is 4 pi normalised
+        1.000000
+        """
+        if swept(self.dataset):
+            raise InputError("the gravity field is of one member of a sweep: take one, such as ds.isel(member=0)")
+        times, fields = run_fields(self.dataset, self.snapshots, degree, radius)
+        time = times.dims[0]
+        attrs = {"units": self._unit("m"), "long_name": "reference radius of the gravity field"}
+        variables = field_variables(fields, (time,), normalization, csphase)
+        variables["reference_radius"] = ((time,), np.array([field.radius for field in fields]), attrs)
+        return xr.Dataset(variables, {time: times, **field_labels(degree)})
 
     @with_quantities()
     @of_each_member

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.dataset.schema import code_units
+from astroinertia.inertia.gravity_field import degree_two_moments
 
 Series = Mapping[str, np.ndarray]
 Structure = Mapping[str, float]
@@ -96,15 +97,12 @@ def degree_two(inertia: np.ndarray, moments: np.ndarray, mass: np.ndarray, radiu
     """J2 of principal moments (T, 3) and C20, C21, S21, C22, S22 (T, 5) of a tensor (T, 3, 3), for a radius (T,).
 
     Not normalised: V = -(G M/r) (1 + (R/r)^2 sum of P_2m(sin latitude) (C_2m cos m longitude + S_2m sin m longitude)).
-    Source: Hofmann-Wellenhof & Moritz 2006, Physical Geodesy, eq. 2-85.
     """
     size = mass * np.where(radius > 0.0, radius, np.nan) ** 2
     least, middle, largest = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (np.moveaxis(inertia[:, k], -1, 0) for k in range(3))
-    coefficients = [0.5 * (xx + yy) - zz, -xz, -yz, 0.25 * (yy - xx), -0.5 * xy]
     return {
         "zonal_harmonic_2": (largest - 0.5 * (least + middle)) / size,
-        "gravity_coefficient": np.stack(coefficients, axis=-1) / size[:, None],
+        "gravity_coefficient": degree_two_moments(inertia) / size[:, None],
     }
 
 

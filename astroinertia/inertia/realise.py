@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
+from astroinertia.inertia.gravity_field import GravityField, layered_field
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import inertia_from_second_moment, require_plausible, second_moment_from_inertia
 from astroinertia.process.quantities import with_quantities
@@ -48,6 +49,10 @@ class LayeredEllipsoid:
         """About the centre, (3, 3): full ellipsoids of the steps in density, Q = M a (x) a/5 each, put together."""
         values = self._masses() @ self.semi_axes**2 / 5.0
         return inertia_from_second_moment(np.einsum("k,ki,kj->ij", values, self.axes, self.axes))
+
+    def gravity_field(self, degree: int, radius: float) -> GravityField:
+        """The field about the centre, with a reference radius."""
+        return layered_field(self.densities, self.semi_axes, degree, radius).rotated(self.axes.T)
 
     def _masses(self) -> np.ndarray:
         steps = self.densities - np.append(self.densities[1:], 0.0)

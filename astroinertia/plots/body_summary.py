@@ -24,6 +24,7 @@ def body_summary(dataset: xr.Dataset) -> str:
         _tensor(dataset),
         _principal(dataset),
         _rest(dataset),
+        *([_gravity_field(dataset)] if "harmonic_coefficient" in dataset else []),
     ]
     return "\n\n".join(whole)
 
@@ -94,6 +95,21 @@ def _rest(dataset: xr.Dataset) -> str:
     if not dataset["axis_defined"].values.all():
         tolerance = float(dataset.attrs["gap_tolerance"])
         lines += ["", f"undefined: moments equal to {tolerance:g} of the largest; any direction in their plane will do"]
+    return "\n".join(lines)
+
+
+def _gravity_field(dataset: xr.Dataset) -> str:
+    coefficients, zonal = dataset["harmonic_coefficient"], dataset["zonal_harmonic"].values
+    cosine, sine = coefficients.transpose("part", "degree", "order").values
+    # What is nothing but round-off is shown as 0.
+    cosine, sine, zonal = (np.where(abs(values) > 1e-15, values, 0.0) for values in (cosine, sine, zonal))
+    lines = [
+        f"gravity field with that R; {coefficients.attrs['comment']}",
+        f"{'l':>4}{'m':>4}{'C':>18}{'S':>18}{'J, not normalised':>22}",
+    ]
+    for degree, order in zip(*np.tril_indices(len(zonal)), strict=True):
+        last = f"{zonal[degree]:>22.9g}" if order == 0 and degree > 1 else ""
+        lines.append(f"{degree:>4}{order:>4}{cosine[degree, order]:>18.9g}{sine[degree, order]:>18.9g}{last}")
     return "\n".join(lines)
 
 

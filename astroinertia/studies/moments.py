@@ -6,13 +6,16 @@ Tests: tests/unit/studies/test_moments.py.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.gravity_field import field_labels, field_variables
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
+from astroinertia.inertia.gravity_field import GravityField, mesh_field, particle_field
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
 from astroinertia.process.quantities import with_quantities
@@ -29,8 +32,9 @@ OUTERMOST = "distance of the outermost particle from the centre of mass"
 
 @dataclass(frozen=True)
 class Matter:
-    """What a file holds: the body; points (N, 3) of it to be shown; a radius to compare with, and what that is.
+    """What a file holds: the body; points (N, 3) of it; a radius to compare with, and what that is.
 
+    The points are particles of masses (N,), or vertices of a mesh with faces (F, 3).
     units: SI, or 1 for numbers whose unit is not known, of mass and of length. gap_tolerance: how near principal
     moments must be to count as equal, as a share of the largest. text: what it is, in words.
     """
@@ -42,6 +46,8 @@ class Matter:
     units: tuple[str, str]
     gap_tolerance: float
     text: str
+    masses: np.ndarray | None = None
+    faces: np.ndarray | None = None
     file_length: float = 1.0  # the file's unit of length, in that of this record
 
 
@@ -86,6 +92,8 @@ def moments(
     about: Sequence[float] | None = None,
     axis: Sequence[float] | None = None,
     radius: float | None = None,
+    field_degree: int | None = None,
+    normalization: str = "4pi",
 ) -> xr.Dataset:
     """Tensor, principal moments and axes, ratios, radii and equivalent ellipsoid of a body.
 
@@ -94,8 +102,9 @@ def moments(
     matter and the axes of its file. principal_axes has unit vectors in rows, right-handed; where axis_defined is false
     the direction is arbitrary within the plane of equal moments. triaxiality is (a^2 - b^2) / (a^2 - c^2) of the
     semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
-    112), NaN for a sphere. ValueError for an axis without a direction, a radius that is not positive, and moments that
-    overflow.
+    112), NaN for a sphere. field_degree: also the harmonics of the gravity field to this degree, about that point, with
+    R and a normalization as of inertia.gravity_field. ValueError for an axis without a direction, a radius that is not
+    positive, and moments that overflow.
 
     >>> summary = moments(read_matter("runs/star"))
     >>> print(float(summary.principal_moments[-1] / summary.principal_moments[0]) < 1.1)  # nearly round
@@ -148,12 +157,17 @@ def moments(
             "axis_moment": ((), about_axis, moment, "moment of inertia about the chosen axis"),
             "axis_radius_of_gyration": ((), radius_about_axis, length, "radius of gyration about the chosen axis"),
         }
+    harmonics, labels = {}, {}
+    if field_degree is not None:
+        field = gravity_field(matter, field_degree, radius, origin)
+        harmonics, labels = field_variables([field], (), normalization, 1), field_labels(field_degree)
     return xr.Dataset(
         {
             name: (dims, value, {"units": unit, "long_name": long_name})
             for name, (dims, value, unit, long_name) in variables.items()
-        },
-        coords={"i": list("xyz"), "j": list("xyz"), "principal": [1, 2, 3]},
+        }
+        | harmonics,
+        coords={"i": list("xyz"), "j": list("xyz"), "principal": [1, 2, 3], **labels},
         attrs={
             "title": f"inertia of {matter.text}",
             "about": "centre of mass" if about is None else "a given point",
@@ -161,6 +175,23 @@ def moments(
             "gap_tolerance": matter.gap_tolerance,
         },
     )
+
+
+@with_quantities()
+def gravity_field(matter: Matter, degree: int, radius: float | None = None, origin: Any = None) -> GravityField:
+    """The gravity field of the particles, or of the inside of the mesh, about the centre of mass or an origin (3,).
+
+    radius: the reference radius, else the one that the matter has.
+
+    >>> field = gravity_field(read_matter("runs/star"), degree=4)
+    >>> print(abs(field.centre_of_mass).max() < 1e-12 * field.radius)  # about which it is
+    True
+    """
+    size = matter.radius if radius is None else radius
+    origin = matter.body.centre if origin is None else origin
+    if matter.faces is not None:
+        return mesh_field(matter.points, matter.faces, degree, size, mass=float(matter.body.mass), origin=origin)
+    return particle_field(matter.masses, matter.points, degree, size, origin)
 
 
 def _moment_unit(units: tuple[str, str]) -> str:
@@ -224,8 +255,9 @@ def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:
     radius = (3 * volume / (4 * np.pi)) ** (1 / 3)
     text = f"a mesh of {len(faces)} triangles, of density {density:g}"
     return Matter(
-        body, vertices * length_unit, radius, SAME_VOLUME, _own_units(units), ROUND_OFF_GAP, text, length_unit
-    )
+        body, vertices * length_unit, radius, SAME_VOLUME, _own_units(units), ROUND_OFF_GAP, text, None, faces,
+        length_unit,
+    )  # fmt: skip
 
 
 def _counted(count: int) -> str:
@@ -251,4 +283,4 @@ def _particles(mass: np.ndarray, position: np.ndarray, units: tuple[str, str], t
         centre = tensor.centre_of_mass(mass, position)
         body = Body(mass.sum(), centre, tensor.inertia_tensor(mass, position, centre))
         radius = float(np.sqrt(((position - centre) ** 2).sum(-1).max()))
-    return Matter(body, position, radius, OUTERMOST, _own_units(units), tolerance, text, length_unit)
+    return Matter(body, position, radius, OUTERMOST, _own_units(units), tolerance, text, mass, None, length_unit)

@@ -14,6 +14,8 @@ import rebound
 
 from astroinertia.effects.gravity_gradient import GravityGradient, quadrupole_attraction
 from astroinertia.effects.tidal_torque import TidalTorque
+from astroinertia.inertia.gravity_field import ellipsoid_field
+from astroinertia.interop.reboundx import gravitational_harmonics
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.models.rigid.two_way import CoupledRigidBody
@@ -115,6 +117,24 @@ def test_an_orbit_about_a_flattened_body_precesses_as_with_gravitational_harmoni
     assert moved > 1e-3
     # Measured: 2e-12 and 7e-12, where J2 moves the companion by 7e-3 and 3e-3.
     assert np.linalg.norm(relative(ours.bodies)[0] - place) < 1e-10
+    del extras
+
+
+def test_a_field_is_exported_as_gravitational_harmonics_takes_it():
+    """The pull on the companion is the slope of the field's potential to degree 4."""
+    field = ellipsoid_field(1.0, (0.5, 0.5, 0.3), degree=5, radius=0.5)
+    bodies = pair()
+    plain = accelerations(bodies)
+    extras, _ = effect(bodies, "gravitational_harmonics")
+    for name, value in gravitational_harmonics(field).items():
+        bodies.particles[0].params[name] = value
+    theirs = (accelerations(bodies) - plain)[1]
+    place, _ = relative(bodies)
+    step = 1e-3
+    nodes, weights = np.array([-2, -1, 1, 2]), np.array([1, -8, 8, -1]) / (12 * step)
+    slope = [field.potential(place + step * np.outer(nodes, axis)) @ weights for axis in np.eye(3)]
+    central = place / np.linalg.norm(place) ** 3
+    assert theirs == pytest.approx(-np.array(slope) + central, rel=1e-8, abs=1e-10)
     del extras
 
 

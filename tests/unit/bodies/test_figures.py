@@ -7,10 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.polynomial.polynomial import polyder, polyval
+from scipy.interpolate import BarycentricInterpolator
+from scipy.special import eval_legendre
 
 from astroinertia.bodies.clairaut import hydrostatic_figure
 from astroinertia.bodies.earth import prem, prem_figure
 from astroinertia.bodies.figures import figure_of_barotropes, figure_of_density, figure_of_polytrope
+from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
+from astroinertia.bodies.maclaurin import from_axis_ratio
 from astroinertia.bodies.spectral_polytrope import rotating_polytrope
 from astroinertia.matter.barotropes import CondensedLaw, Incompressible, PolytropicLaw
 
@@ -238,3 +243,42 @@ def test_bad_arguments_are_refused():
         figure_of_barotropes([0.5], [PolytropicLaw(1.0)], small_m=0.1)
     with pytest.raises(ValueError, match="harmonics"):
         figure_of_polytrope(1.0, small_m=0.1, harmonics=1)
+
+
+def test_a_spheroid_and_an_ellipsoid_have_their_closed_fields():
+    exact = from_axis_ratio(0.8).rescaled(2.0, 3.0)
+    figure = figure_of_density([3.0], [exact.density], small_m=exact.small_m)
+    ours, closed = figure.gravity_field(), exact.gravity_field(20).with_radius(figure.equatorial_radius)
+    assert ours.mass == pytest.approx(closed.mass, rel=1e-12)
+    np.testing.assert_allclose(ours.coefficients, closed.coefficients, rtol=0, atol=1e-11)
+    body = HomogeneousEllipsoid(0.8, 0.6, 0.1)
+    degree_two = body.gravity_field(2).normalized("unnorm")[0, 2]
+    assert (-degree_two[0], degree_two[2]) == pytest.approx((body.second_zonal_harmonic, body.sectorial_harmonic))
+    np.testing.assert_allclose(exact.gravity_field().zonal_harmonic(20), exact.zonal_harmonics[-1], rtol=1e-12)
+
+
+def test_the_field_of_prem_is_the_integral_over_its_level_surfaces():
+    """M a^l J_l = -2 pi/(l + 3) int rho d(int r^(l + 3) P_l dmu), by parts with the slopes of PREM's polynomials."""
+    figure, layers = prem_figure(), prem()
+    weights = 2 * np.polynomial.legendre.leggauss(2 * len(figure.mu))[1][len(figure.mu) :]
+    nodes, steps = (0.5 * part for part in np.polynomial.legendre.leggauss(40))
+    heights = figure.radius / figure.mean_radius
+
+    def moment(degree):
+        total = 0.0
+        power = figure.shape ** (degree + 3) @ (weights * eval_legendre(degree, figure.mu))
+        parts = np.split(np.arange(len(heights)), np.flatnonzero(np.diff(heights) <= 0) + 1)
+        for part, density in zip(parts, np.asarray(layers.coefficients), strict=True):
+            s = heights[part]
+            middle = s[0] + (s[-1] - s[0]) * (nodes + 0.5)
+            inside = BarycentricInterpolator(s, power[part])(middle) * middle ** (degree + 3)
+            ends = polyval(s[[0, -1]], density) * power[part[[0, -1]]] * s[[0, -1]] ** (degree + 3)
+            slopes = polyval(middle, polyder(density)) * steps * (s[-1] - s[0])
+            total += ends[1] - ends[0] - slopes @ inside
+        return total / (degree + 3)
+
+    field = figure.gravity_field()
+    for degree in (2, 4, 6, 8):
+        scale = (figure.mean_radius / figure.equatorial_radius) ** degree
+        expected = -moment(degree) / moment(0) * scale
+        assert field.zonal_harmonic(degree) == pytest.approx(expected, rel=1e-10, abs=1e-15)

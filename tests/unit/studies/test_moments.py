@@ -128,6 +128,32 @@ def test_the_command_prints_the_numbers(box, capsys):
     assert "outermost particle" in printed
 
 
+def test_the_command_prints_the_gravity_field(box, tmp_path, capsys):
+    """Of 8 masses at the corners (1, 2, 3): J2 = -(2 z^2 - x^2 - y^2)/2, and Q_xx - Q_yy over 4 in C22."""
+    options = ["--gravity-field", "2", "--normalization", "unnorm", "--radius", "2", "--output", str(tmp_path / "f.nc")]
+    assert main(["moments", str(box), *options]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[-6:]]
+    assert rows == [
+        ["0", "0", "1", "0"], ["1", "0", "0", "0"], ["1", "1", "0", "0"],
+        ["2", "0", "1.625", "0", "-1.625"], ["2", "1", "0", "0"], ["2", "2", "-0.1875", "0"],
+    ]  # fmt: skip
+    with xr.open_dataset(tmp_path / "f.nc") as stored:
+        cosine = stored.harmonic_coefficient.sel(part="C")
+        assert float(cosine.sel(degree=2, order=2)) == pytest.approx(-0.1875, rel=1e-15)
+        assert cosine.attrs["normalization"] == "unnorm"
+
+
+def test_a_mesh_has_a_gravity_field_about_any_point(tmp_path):
+    """Of a ball of radius 1 about a point at a distance d from its centre: C_l0 = d^l/(2 l + 1)^(1/2)."""
+    vertices, faces = icosphere(2)  # whose own harmonics begin at degree 6, by symmetry
+    matter = read_matter(write_mesh(tmp_path / "ball.obj", 2.0 * vertices + [0.0, 0.0, 1.0], faces), ("kg", "km"))
+    found = moments(matter, (0.0, 0.0, 0.0), radius=1000.0, field_degree=5)
+    zonal = found.harmonic_coefficient.sel(part="C", order=0)
+    np.testing.assert_allclose(zonal, 1 / np.sqrt(2 * np.arange(6) + 1), rtol=1e-14)
+    own = moments(matter, radius=1000.0, field_degree=6).harmonic_coefficient.isel(part=0)
+    assert float(abs(own[1:6]).max()) < 1e-13 < 1e-4 < float(abs(own[6]).max())
+
+
 def test_the_command_says_which_axes_are_undefined(tmp_path, capsys):
     two = write_table(tmp_path / "two.csv", [1, 1], [[0, 0, 0], [0, 0, 2]])
     assert main(["moments", str(two), "--units", "kg,cm", "--about=0,0,1"]) == 0
@@ -178,6 +204,9 @@ def test_the_command_draws(box, tmp_path, capsys):
         (["p.csv", "--density", "2"], "not a mesh"),
         (["ball.obj", "--density", "-2"], "density of a mesh must be positive"),
         (["p.csv", "--snapshot", "0"], "no snapshots"),
+        (["p.csv", "--gravity-field", "-1"], "the degree must be a whole number from 0 to 80, not -1"),
+        (["p.csv", "--gravity-field", "2", "--normalization", "full"], "one of 4pi, ortho, schmidt, unnorm"),
+        (["point.csv", "--gravity-field", "2"], "the reference radius must be positive"),
         (["p.csv", "--plot", "p.gif"], "must be a .png file"),
         (["p.csv", "--output", "nowhere/p.nc"], "a folder that is there"),
         (["point.csv", "--plot", "p.png"], "nothing to draw"),

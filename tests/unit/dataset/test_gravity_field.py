@@ -1,0 +1,86 @@
+"""`ds.inertia.gravity_field`: of particles the sums at their snapshots, of a homogeneous ellipsoid the closed form."""
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia import dataset
+from astroinertia.errors import AbsentError, SceneError
+from astroinertia.inertia.gravity_field import ellipsoid_field
+from astroinertia.storage.archive import Archive
+from tests.unit.affine_body import METADATA, affine_run
+from tests.unit.dataset.test_radii import STAR, course
+
+UNIFORM = '[body]\nkind = "uniform"\nmass = 2.0\nradius = 3.0\naxes = [1.2, 1.0, 0.7]\n'
+FALLS = (
+    "velocity_gradient = [[0.0, 0.3, 0.0], [-0.3, 0.0, 0.2], [0.0, -0.2, 0.0]]\n[equation_of_state]\nkind = 'ideal'\n"
+)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    records, snapshots = affine_run(outputs=24, particles=64)
+    folder = tmp_path_factory.mktemp("run")
+    with Archive.create(folder, METADATA) as archive:
+        archive.write_segment(records, snapshots)
+        return astroinertia.open_tree(dataset.finish(archive))
+
+
+def test_particles_have_the_field_of_their_second_moments_at_each_snapshot(tree) -> None:
+    field = tree.inertia.gravity_field(degree=4, radius=2e6, normalization="unnorm")
+    assert field.harmonic_coefficient.dims == ("snapshot_time", "part", "degree", "order")
+    np.testing.assert_array_equal(field.snapshot_time, tree["snapshots"].snapshot_time)
+    mass, place = tree["snapshots"].mass.values[..., None], tree["snapshots"].position.transpose(..., "i").values
+    centre = (mass * place).sum(1, keepdims=True) / mass.sum(1, keepdims=True)
+    x, y, z = np.moveaxis(place - centre, -1, 0)
+    weight, square = mass[..., 0] / mass.sum(1), x**2 + y**2 + z**2
+    j2 = -(weight * (1.5 * z**2 - 0.5 * square)).sum(1) / 2e6**2
+    j4 = -(weight * (35 * z**4 - 30 * z**2 * square + 3 * square**2) / 8).sum(1) / 2e6**4
+    np.testing.assert_allclose(field.zonal_harmonic.sel(degree=2), j2, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(field.zonal_harmonic.sel(degree=4), j4, rtol=0, atol=1e-15)
+    s22 = field.harmonic_coefficient.sel(part="S", degree=2, order=2)
+    np.testing.assert_allclose(s22, 0.5 * (weight * x * y).sum(1) / 2e6**2, rtol=0, atol=1e-15)
+    assert abs(field.harmonic_coefficient.sel(degree=1, order=[0, 1])).max() < 1e-15
+    assert field.harmonic_coefficient.sel(degree=1, order=2).isnull().all()
+
+
+def test_without_a_radius_it_is_the_one_that_j2_refers_to(tree) -> None:
+    series = tree.to_dataset()
+    field = tree.inertia.gravity_field(degree=2)
+    radius = series[series.zonal_harmonic_2.attrs["radius"]].values[::2]
+    np.testing.assert_allclose(field.reference_radius, radius, rtol=1e-12)
+    again = tree.inertia.gravity_field(degree=2, radius="2000 km", normalization="schmidt", csphase=-1)
+    ratio = again.harmonic_coefficient.sel(part="C", degree=2, order=0) / field.harmonic_coefficient.sel(
+        part="C", degree=2, order=0
+    )
+    np.testing.assert_allclose(ratio, np.sqrt(5) * radius**2 / 4e12, rtol=1e-12)
+    assert (again.harmonic_coefficient.attrs["normalization"], again.harmonic_coefficient.attrs["csphase"]) == (
+        "schmidt", -1,
+    )  # fmt: skip
+
+
+def test_a_homogeneous_ellipsoid_has_the_closed_form_at_each_record() -> None:
+    run = course(UNIFORM + FALLS, "ellipsoid", 0.5, 1.0)
+    field = run.inertia.gravity_field(degree=8)
+    assert field.zonal_harmonic.dims == ("time", "degree") and field.sizes["time"] == 3
+    np.testing.assert_array_equal(field.reference_radius, run.surface_equatorial_radius)
+    exact = ellipsoid_field(2.0, (3.6, 3.0, 2.1), 8, float(field.reference_radius[0])).coefficients
+    coefficients = field.harmonic_coefficient[0].fillna(0.0)
+    np.testing.assert_allclose(coefficients, exact, rtol=0, atol=1e-14)
+    # Turned and strained, degree 2 is still that of the tensor.
+    unit = np.sqrt([5.0, 5 / 3, 5 / 12])
+    degree_two = np.array([field.harmonic_coefficient.sel(part="C", degree=2, order=m) * unit[m] for m in range(3)])
+    np.testing.assert_allclose(degree_two, run.gravity_coefficient.values[:, [0, 1, 3]].T, rtol=0, atol=1e-14)
+    assert abs(run.gravity_coefficient[-1, 1]) > 1e-3
+
+
+def test_other_bodies_have_none_above_degree_two() -> None:
+    with pytest.raises(AbsentError, match="needs snapshots of particles or a homogeneous body; degree 2 is in"):
+        course(STAR + "[equation_of_state]\nkind = 'ideal'\n", "ellipsoid").inertia.gravity_field()
+
+
+def test_wrong_arguments_are_refused(tree) -> None:
+    with pytest.raises(SceneError, match="the degree must be a whole number from 0 to 80, not 99"):
+        tree.inertia.gravity_field(degree=99)
+    with pytest.raises(SceneError, match="normalization must be one of 4pi, ortho, schmidt, unnorm"):
+        tree.inertia.gravity_field(normalization="full")
