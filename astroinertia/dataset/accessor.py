@@ -238,7 +238,7 @@ class InertiaAccessor:
         if swept(self.dataset):
             raise InputError("the gravity field is of one member of a sweep: take one, such as ds.isel(member=0)")
         times, fields = run_fields(self.dataset, self.snapshots, degree, radius)
-        time = times.dims[0]
+        time = str(times.dims[0])
         attrs = {"units": self._unit("m"), "long_name": "reference radius of the gravity field"}
         variables = field_variables(fields, (time,), normalization, csphase)
         variables["reference_radius"] = ((time,), np.array([field.radius for field in fields]), attrs)

@@ -15,7 +15,7 @@ exact, and stable: with normalised harmonics no factor exceeds 1 for corners wit
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -115,10 +115,9 @@ class GravityField:
         cosine, sine = size * self.normalized("unnorm")[:, 2, :3]
         z, x, y = 2 / 3 * cosine[0], 2 * cosine[2] - cosine[0] / 3, -2 * cosine[2] - cosine[0] / 3
         second = np.array([[x, 2 * sine[2], cosine[1]], [2 * sine[2], y, sine[1]], [cosine[1], sine[1], z]])
-        if polar_moment_ratio is None:
-            mean = trace / 3
-        else:
-            mean = polar_moment_ratio * size + np.linalg.eigvalsh(second)[0]  # C is the mean and -min of Q - tr Q/3
+        mean = 0.0 if trace is None else trace / 3
+        if polar_moment_ratio is not None:  # C is the mean moment and the largest of tr Q/3 - Q
+            mean = polar_moment_ratio * size + np.linalg.eigvalsh(second)[0]
         inertia = mean * np.eye(3) - second
         require_plausible(inertia)
         return inertia
@@ -243,7 +242,7 @@ def ellipsoid_field(mass: float, semi_axes: Array, degree: int, radius: float) -
 
 
 @with_quantities()
-def layered_field(densities: Sequence[float], semi_axes: Array, degree: int, radius: float) -> GravityField:
+def layered_field(densities: Array, semi_axes: Array, degree: int, radius: float) -> GravityField:
     """The field of homogeneous layers between ellipsoids, from the inside out: densities (n,), semi_axes (n, 3).
 
     The sum of the whole ellipsoids of the steps in density. Layers of other shapes are sums of `mesh_field`s of the

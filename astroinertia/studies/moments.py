@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset.gravity_field import field_labels, field_variables
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.inertia import tensor
 from astroinertia.inertia.body import Body
@@ -159,6 +158,8 @@ def moments(
         }
     harmonics, labels = {}, {}
     if field_degree is not None:
+        from astroinertia.dataset.gravity_field import field_labels, field_variables  # netCDF takes its time
+
         field = gravity_field(matter, field_degree, radius, origin)
         harmonics, labels = field_variables([field], (), normalization, 1), field_labels(field_degree)
     return xr.Dataset(
