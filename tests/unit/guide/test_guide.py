@@ -350,7 +350,10 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "mark", "least"),
-    [("README.md", "astroinertia.bodies", 4), ("moment-ratios.md", "apsidal", 9), ("inertia-toolbox.md", "shapes", 1)],
+    [
+        *(("README.md", "astroinertia.bodies", 4), ("moment-ratios.md", "apsidal", 9)),
+        *(("inertia-toolbox.md", "shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
+    ],
 )
 def test_numbers_that_pages_show_come_out(name, mark, least):
     (code,) = [code for code in blocks(SHOWN[name], "python") if mark in code]
