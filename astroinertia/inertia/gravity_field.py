@@ -292,6 +292,7 @@ def inertia_field(inertia: Array, mass: float, radius: float) -> GravityField:
     return gravity_field(values, mass, radius, "unnorm")
 
 
+@with_quantities()
 def degree_two_moments(inertia: Array) -> Array:
     """C20, C21, S21, C22, S22 (..., 5), not normalised and times M R^2, of inertia tensors (..., 3, 3).
 
