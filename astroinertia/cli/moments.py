@@ -45,6 +45,7 @@ def add_arguments(add: Add) -> None:
         "--gravity-field", type=int, metavar="DEGREE", help="spherical harmonics of the gravity field up to this degree"
     )
     add("--normalization", default="4pi", metavar="NAME", help="of these: 4pi, ortho, schmidt or unnorm (default: 4pi)")
+    add("--principal-axes", action="store_true", help="these in the principal axes, z that of the largest moment")
     add("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
     add("--json", action="store_true", help="print everything as JSON")
     add("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
@@ -74,6 +75,7 @@ def report(options: Options) -> str:
             None if options.radius is None else size * options.radius,
             options.gravity_field,
             options.normalization,
+            options.principal_axes,
         )
     except ValueError as error:
         raise SceneError(f"{options.file}: {error}") from error

@@ -221,23 +221,30 @@ class InertiaAccessor:
 
     @with_quantities()
     def gravity_field(
-        self, degree: int = 8, radius: float | None = None, normalization: str = "4pi", csphase: int = 1
+        self,
+        degree: int = 8,
+        radius: float | None = None,
+        normalization: str = "4pi",
+        csphase: int = 1,
+        principal_axes: bool = False,
     ) -> xr.Dataset:
         """Harmonics of the gravity field at each snapshot: harmonic_coefficient and zonal_harmonic (J_l, about z).
 
-        About the centre of mass, in the axes of the dataset, with the reference radius of the reader's choice or the
-        one at that time that zonal_harmonic_2 refers to. Conventions as of inertia.gravity_field. Without particles, a
-        homogeneous body that keeps its profile has its field at every record, in closed form. 1e5 particles take 0.05 s
-        a snapshot to degree 8 and 1 s to degree 50. AbsentError where there is neither.
+        About the centre of mass, in the axes of the dataset or in the principal axes at that time, z that of the
+        largest moment; with the reference radius of the reader's choice or the one at that time that zonal_harmonic_2
+        refers to. Conventions as of inertia.gravity_field. Without particles, a homogeneous body that keeps its profile
+        has its field at every record, in closed form. 1e5 particles take 0.04 s a snapshot to degree 8 and 1 s to
+        degree 50. AbsentError where there is neither.
 
         >>> field = ds.inertia.gravity_field()
         >>> c20 = field.harmonic_coefficient.sel(part="C", degree=2, order=0)
         >>> print(f"{float(c20[0] * np.sqrt(5) / ds.gravity_coefficient[0, 0]):.6f}")  # one is 4 pi normalised
         1.000000
         """
-        if swept(self.dataset):
-            raise InputError("the gravity field is of one member of a sweep: take one, such as ds.isel(member=0)")
+        self._must_be_of_one_run("the gravity field")
         times, fields = run_fields(self.dataset, self.snapshots, degree, radius)
+        if principal_axes:
+            fields = [field.in_principal_axes() for field in fields]
         time = str(times.dims[0])
         attrs = {"units": self._unit("m"), "long_name": "reference radius of the gravity field"}
         variables = field_variables(fields, (time,), normalization, csphase)
@@ -483,9 +490,7 @@ class InertiaAccessor:
     ) -> Any:  # fmt: skip
         from importlib import import_module  # matplotlib is only loaded by who draws
 
-        if dims := swept(self.dataset):
-            one = ", ".join(f"{dim}=0" for dim in dims)
-            raise InputError(f"a picture is of one member of a sweep: take one, such as ds.isel({one}).inertia")
+        self._must_be_of_one_run("a picture")
         low, high = self._time("start", start), self._time("end", end)
         dataset = self._between(self.dataset, low, high)
         if "snapshots" in others:
@@ -496,6 +501,11 @@ class InertiaAccessor:
         if path is not None:
             figure.savefig(path)
         return figure
+
+    def _must_be_of_one_run(self, what: str) -> None:
+        if dims := swept(self.dataset):
+            one = ", ".join(f"{dim}=0" for dim in dims)
+            raise InputError(f"{what} is of one member of a sweep: take one, such as ds.isel({one}).inertia")
 
     def _time(self, name: str, value: Any) -> float | None:
         """A time in the unit of the dataset, from a number, a quantity or text with a unit."""

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.mesh import mesh_body
+from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import centre_of_mass, namespace, require_plausible
 from astroinertia.process.quantities import with_quantities
 
@@ -109,18 +110,30 @@ class GravityField:
         ValueError where not just one is given or no body has the tensor. Source: Hofmann-Wellenhof & Moritz 2006, eq.
         2-85; C/(M R^2) itself is what precession tells of a planet.
         """
-        if (polar_moment_ratio is None) == (trace is None) or self.degree < 2:
-            raise ValueError("give either polar_moment_ratio or trace, of a field to degree 2 at least")
-        size = self.mass * self.radius**2
-        cosine, sine = size * self.normalized("unnorm")[:, 2, :3]
-        z, x, y = 2 / 3 * cosine[0], 2 * cosine[2] - cosine[0] / 3, -2 * cosine[2] - cosine[0] / 3
-        second = np.array([[x, 2 * sine[2], cosine[1]], [2 * sine[2], y, sine[1]], [cosine[1], sine[1], z]])
+        if (polar_moment_ratio is None) == (trace is None):
+            raise ValueError("give either polar_moment_ratio or trace")
+        size, second = self.mass * self.radius**2, self._reduced_quadrupole()
         mean = 0.0 if trace is None else trace / 3
         if polar_moment_ratio is not None:  # C is the mean moment and the largest of tr Q/3 - Q
             mean = polar_moment_ratio * size + np.linalg.eigvalsh(second)[0]
         inertia = mean * np.eye(3) - second
         require_plausible(inertia)
         return inertia
+
+    def in_principal_axes(self) -> "GravityField":
+        """The field turned into the principal axes about the origin, z that of the largest moment and x of the least.
+
+        Their directions are arbitrary where moments are equal.
+        """
+        return self.rotated(principal_frame(-self._reduced_quadrupole())[1])
+
+    def _reduced_quadrupole(self) -> np.ndarray:
+        """Q - tr(Q)/3 1 (3, 3), from degree 2."""
+        if self.degree < 2:
+            raise ValueError(f"a tensor needs a field to degree 2 at least, and this one ends at {self.degree}")
+        cosine, sine = self.mass * self.radius**2 * self.normalized("unnorm")[:, 2, :3]
+        z, x, y = 2 / 3 * cosine[0], 2 * cosine[2] - cosine[0] / 3, -2 * cosine[2] - cosine[0] / 3
+        return np.array([[x, 2 * sine[2], cosine[1]], [2 * sine[2], y, sine[1]], [cosine[1], sine[1], z]])
 
     def __add__(self, other: "GravityField") -> "GravityField":
         """The field of both bodies together, to the lower of their degrees; ValueError for another radius."""

@@ -93,6 +93,7 @@ def moments(
     radius: float | None = None,
     field_degree: int | None = None,
     normalization: str = "4pi",
+    field_in_principal_axes: bool = False,
 ) -> xr.Dataset:
     """Tensor, principal moments and axes, ratios, radii and equivalent ellipsoid of a body.
 
@@ -102,8 +103,8 @@ def moments(
     the direction is arbitrary within the plane of equal moments. triaxiality is (a^2 - b^2) / (a^2 - c^2) of the
     semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
     112), NaN for a sphere. field_degree: also the harmonics of the gravity field to this degree, about that point, with
-    R and a normalization as of inertia.gravity_field. ValueError for an axis without a direction, a radius that is not
-    positive, and moments that overflow.
+    R and a normalization as of inertia.gravity_field, in the axes of the file or the principal ones. ValueError for an
+    axis without a direction, a radius that is not positive, and moments that overflow.
 
     >>> summary = moments(read_matter("runs/star"))
     >>> print(float(summary.principal_moments[-1] / summary.principal_moments[0]) < 1.1)  # nearly round
@@ -161,6 +162,7 @@ def moments(
         from astroinertia.dataset.gravity_field import field_labels, field_variables  # netCDF takes its time
 
         field = gravity_field(matter, field_degree, radius, origin)
+        field = field.in_principal_axes() if field_in_principal_axes else field
         harmonics, labels = field_variables([field], (), normalization, 1), field_labels(field_degree)
     return xr.Dataset(
         {

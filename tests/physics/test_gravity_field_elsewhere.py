@@ -64,3 +64,16 @@ def test_conventions_and_rotations() -> None:
     turned = theirs.rotate(*angles, degrees=False, convention="y", body=True).coeffs
     ours = field.rotated(Rotation.from_euler("ZYZ", angles).as_matrix()).coefficients
     np.testing.assert_allclose(ours, turned, rtol=0, atol=5e-14)
+
+
+def test_its_field_pulls_as_ours() -> None:
+    """Its radial gravity on a sphere, and the slope of our potential."""
+    field = ellipsoid_field(5.0, (1.0, 0.9, 0.7), degree=20, radius=1.0)
+    theirs = pyshtools.SHGravCoeffs.from_array(field.coefficients, gm=5.0, r0=1.0)
+    grid = theirs.expand(a=2.0, f=0.0, lmax=20, lmax_calc=20, extend=True, normal_gravity=False)
+    latitude, longitude = np.radians(grid.rad.lats()[3]), np.radians(grid.rad.lons()[5])
+    across = np.cos(latitude)
+    up = np.array([across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)])
+    steps = 1e-3 * np.array([-2, -1, 1, 2])
+    slope = field.potential(np.outer(2.0 + steps, up)) @ np.array([1, -8, 8, -1]) / 12e-3
+    assert -slope == pytest.approx(float(grid.rad.data[3, 5]), rel=1e-10)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import astroinertia
 from astroinertia import dataset
@@ -72,6 +73,16 @@ def test_a_homogeneous_ellipsoid_has_the_closed_form_at_each_record() -> None:
     degree_two = np.array([field.harmonic_coefficient.sel(part="C", degree=2, order=m) * unit[m] for m in range(3)])
     np.testing.assert_allclose(degree_two, run.gravity_coefficient.values[:, [0, 1, 3]].T, rtol=0, atol=1e-14)
     assert abs(run.gravity_coefficient[-1, 1]) > 1e-3
+
+
+def test_in_principal_axes_j2_is_that_of_the_principal_moments(tree) -> None:
+    series = tree.to_dataset()
+    turned = course(UNIFORM + FALLS, "ellipsoid", 1.0)
+    field = turned.inertia.gravity_field(degree=2, principal_axes=True)
+    np.testing.assert_allclose(field.zonal_harmonic.sel(degree=2), turned.zonal_harmonic_2, rtol=1e-12)
+    sweep = xr.concat([series, series], "spin")
+    with pytest.raises(SceneError, match=r"the gravity field is of one member of a sweep: take one, such as ds\.isel"):
+        sweep.inertia.gravity_field()
 
 
 def test_other_bodies_have_none_above_degree_two() -> None:

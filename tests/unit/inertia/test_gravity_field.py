@@ -197,6 +197,13 @@ def test_a_turned_body_has_the_turned_field(matrix: np.ndarray) -> None:
     np.testing.assert_allclose(field.rotated(matrix).coefficients, turned.coefficients, rtol=0, atol=5e-14)
 
 
+def test_in_principal_axes_it_is_that_of_the_body_at_rest_in_them() -> None:
+    axes = (1.0, 0.8, 0.6)
+    upright = ellipsoid_field(1.0, axes, degree=12, radius=1.0)
+    turned = upright.rotated(TURN).in_principal_axes()
+    np.testing.assert_allclose(turned.coefficients, upright.coefficients, rtol=0, atol=1e-14)
+
+
 def test_the_tensor_goes_there_and_back() -> None:
     for seed in range(20):
         mass, place = particles(8, seed)
@@ -267,6 +274,7 @@ PLAIN = GravityField(1.0, 1.0, ellipsoid_field(1.0, (1.0, 1.0, 0.9), 2, 1.0).coe
         (lambda: PLAIN + PLAIN.with_radius(2.0), "fields that are added need one reference radius"),
         (lambda: PLAIN.rotated(2 * np.eye(3)), "a rotation matrix must be orthogonal"),
         (lambda: PLAIN.inertia_tensor(), "give either polar_moment_ratio or trace"),
+        (lambda: ellipsoid_field(1.0, (1, 1, 1), 1, 1.0).inertia_tensor(0.4), "a tensor needs a field to degree 2"),
         (lambda: PLAIN.inertia_tensor(0.06), "no body has these moments"),
         (lambda: inertia_field(np.diag([1.0, 1.0, 3.0]), 1.0, 1.0), "no body has these moments: 1 + 1 < 3"),
     ],

@@ -141,6 +141,9 @@ def test_the_command_prints_the_gravity_field(box, tmp_path, capsys):
         cosine = stored.harmonic_coefficient.sel(part="C")
         assert float(cosine.sel(degree=2, order=2)) == pytest.approx(-0.1875, rel=1e-15)
         assert cosine.attrs["normalization"] == "unnorm"
+    assert main(["moments", str(box), *options[:6], "--principal-axes"]) == 0
+    row = capsys.readouterr().out.splitlines()[-3].split()  # of the largest moment is x: (13 / 2 - 1) / 4
+    assert row == ["2", "0", "-1.375", "0", "1.375"]
 
 
 def test_a_mesh_has_a_gravity_field_about_any_point(tmp_path):
