@@ -28,6 +28,7 @@ from astroinertia.cli import (
     moments,
     movie,
     plan as cli_plan,
+    precession,
     ratios,
     reports,
     result as cli_result,
@@ -154,6 +155,8 @@ def _commands() -> dict[str, Command]:
                           export.HELP, (export.add_arguments,)),
         "ratios": Command(_printing("ratios", ratios.report), "print the moment ratios of the solar system, measured "
                           "against models", ratios.HELP, (ratios.add_arguments,)),
+        "precession": Command(_printing("precession", precession.report), "print how fast a body's axis precesses, and "
+                              "the share of each companion", precession.HELP, (precession.add_arguments,)),
         "verify": Command(_verify, "check this installation against REBOUND, astropy and published values, in under a "
                           "minute", cli_verify.HELP, (cli_verify.add_arguments, hard.add_arguments)),
         "calibrate": Command(_calibrate, "measure this machine, so that plans tell how long runs take",

@@ -26,6 +26,7 @@ more:
   astroinertia moments particles.csv         the inertia tensor of a particle table, a mesh or a snapshot
   astroinertia export runs/coarse --to vtk   for other programs: GADGET, SWIFT, ParaView, CSV, Zarr
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
+  astroinertia precession --body Saturn      how fast an axis precesses, and by which companion
   astroinertia verify                        every cross-check with its source: does this installation compute right?
   astroinertia calibrate                     measure this machine, so that plans tell how long runs take
   astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each

@@ -24,12 +24,12 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from astroinertia.errors import SceneError
-from astroinertia.rotation.precession import geodesic_precession
+from astroinertia.rotation.precession import geodesic_precession, node_nutation
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
 
 _ROUNDS, _SETTLED = 1000, 1e-13
 _UPRIGHT = 1e-6  # rad: a smaller obliquity has the rate of this one
-_KEYS = ("name", "mass", "semi_major_axis", "period", "eccentricity", "inclination")
+_KEYS = ("name", "mass", "semi_major_axis", "period", "eccentricity", "inclination", "node_period")
 
 
 class _Orbit(NamedTuple):
@@ -38,6 +38,7 @@ class _Orbit(NamedTuple):
     semi_major_axis: float
     eccentricity: float
     inclination: float
+    node_period: float
 
     @property
     def tide(self) -> float:
@@ -49,21 +50,24 @@ class _Orbit(NamedTuple):
 def precession_of(
     mass: Any,
     radius: Any,
-    j2: float,
+    j2: float | None,
     period: Any,
     obliquity: Any,
     companions: Sequence[Mapping[str, Any]],
     moment_ratio: float | None = None,
     polar_moment: Any = None,
+    dynamical_ellipticity: float | None = None,
 ) -> xr.Dataset:
     """Return the rate at which the equator's node goes back on the orbit's plane, and the share of each companion.
 
     mass, radius (that of J2), period of rotation and obliquity (to the orbit about the heaviest companion) of the body,
-    J2 and either C/(M R^2) or C. companions: tables of `name`, `mass`, `semi_major_axis` or `period`, and maybe
-    `eccentricity` and `inclination` (to the body's orbit of what it goes around; of moons, to their mean planes). Texts
-    with units, astropy Quantities, or numbers in SI and rad. Along `companion`: `precession_rate` (rad s-1, positive
-    where the node goes back) and `tilt` of its mean orbit to the equator (rad). Then `relativity` of the orbit,
-    `total_rate` and `total_period`. SceneError, in a sentence, for what is no such number.
+    two of J2, H = (C - A)/C, and C/(M R^2) or C. companions: tables of `name`, `mass`, `semi_major_axis` or `period`,
+    and maybe `eccentricity`, `inclination` (to the body's orbit of what it goes around; of moons, to their mean planes)
+    and `node_period`, in which its node goes back once. Texts with units, astropy Quantities, or numbers in SI and rad.
+    Along `companion`: `precession_rate` (rad s-1, positive where the node goes back), `tilt` of its mean orbit to the
+    equator (rad), and the amplitudes `nutation_longitude` and `nutation_obliquity` (rad) of the nutation with its node,
+    NaN where that does not turn. Then `relativity` of the orbit, `total_rate` and `total_period`, and the
+    `dynamical_ellipticity` and `moment_ratio` of the body. SceneError, in a sentence, for what is no such number.
     Checked by tests/unit/studies/test_own_precession.py against published rates of Saturn, Mars and the Earth.
 
     >>> sun = {"name": "Sun", "mass": "1 Msun", "period": "365.25636 d", "eccentricity": 0.0167}
@@ -76,13 +80,7 @@ def precession_of(
     theta = _number("obliquity", obliquity, "angle", -1e-300)
     if theta > math.pi:
         raise SceneError("precession_of: obliquity must be at most 180 deg")
-    if (moment_ratio is None) == (polar_moment is None):
-        raise SceneError("precession_of: give one of moment_ratio and polar_moment")
-    if moment_ratio is not None:
-        polar = _number("moment_ratio", moment_ratio, "dimensionless", 0.0) * m * r**2
-    else:
-        polar = _number("polar_moment", polar_moment, "moment_of_inertia", 0.0)
-    bulge = 1.5 * _number("j2", j2, "dimensionless", -math.inf) * m * r**2
+    polar, bulge = _moments(m * r**2, j2, dynamical_ellipticity, moment_ratio, polar_moment)
     orbits = [_orbit(number, companion, m) for number, companion in enumerate(companions)]
     if not orbits:
         raise SceneError("precession_of: give at least one companion")
@@ -99,6 +97,12 @@ def precession_of(
         backwards * bulge * orbit.tide * math.sin(2.0 * angles[orbit.name]) / (2.0 * polar * rate * math.sin(folded))
         for orbit in orbits
     ]
+    swings = [
+        _nutation(bulge / (1.5 * polar), rate, folded, angles[orbit.name], orbit)
+        if math.isfinite(orbit.node_period)
+        else (math.nan, math.nan)
+        for orbit in orbits
+    ]
     heaviest = max(orbits, key=lambda orbit: orbit.mass)
     parameter = GRAVITATIONAL_CONSTANT * (heaviest.mass + m)
     relative = -float(geodesic_precession(parameter, heaviest.semi_major_axis, heaviest.eccentricity)) if outer else 0.0
@@ -111,6 +115,16 @@ def precession_of(
                 "companion", [angles[orbit.name] for orbit in orbits],
                 _attributes("rad", "angle between the equator and the mean orbit"),
             ),
+            "nutation_longitude": (
+                "companion", [longitude for longitude, _ in swings],
+                _attributes("rad", "amplitude of the nutation in longitude with the node of its orbit"),
+            ),
+            "nutation_obliquity": (
+                "companion", [tilting for _, tilting in swings],
+                _attributes("rad", "amplitude of the nutation in obliquity with the node of its orbit"),
+            ),
+            "dynamical_ellipticity": ((), bulge / (1.5 * polar), _attributes("1", "(C - A)/C")),
+            "moment_ratio": ((), polar / (m * r**2), _attributes("1", "C/(M R^2), R as that of J2")),
             "relativity": ((), relative, _attributes("rad s-1", "geodesic precession (de Sitter 1916)")),
             "total_rate": ((), total, _attributes("rad s-1", back)),
             "total_period": ((), 2.0 * math.pi / abs(total) if total else math.inf, _attributes("s", "its period")),
@@ -118,6 +132,44 @@ def precession_of(
         {"companion": [orbit.name for orbit in orbits]},
         {"title": "precession by the torques on a body's flattening", "source": "Goldreich 1966, Rev. Geophys. 4, 411"},
     )  # fmt: skip
+
+
+def _moments(
+    size: float, j2: Any, ellipticity: Any, moment_ratio: Any, polar_moment: Any
+) -> tuple[float, float]:  # fmt: skip
+    """C and (3/2) (C - A), from two of J2, H and C; size: M R^2."""
+    polar = difference = None
+    if moment_ratio is not None:
+        polar = _number("moment_ratio", moment_ratio, "dimensionless", 0.0) * size
+    elif polar_moment is not None:
+        polar = _number("polar_moment", polar_moment, "moment_of_inertia", 0.0)
+    if j2 is not None:
+        difference = _number("j2", j2, "dimensionless", -math.inf) * size
+    twice = moment_ratio is not None and polar_moment is not None
+    if twice or [polar, difference, ellipticity].count(None) != 1:
+        raise SceneError(
+            "precession_of: give two of j2, dynamical_ellipticity, and one of moment_ratio and polar_moment"
+        )
+    if polar is not None and difference is not None:
+        return polar, 1.5 * difference
+    share = _number("dynamical_ellipticity", ellipticity, "dimensionless", -math.inf)
+    if polar is not None:
+        return polar, 1.5 * share * polar
+    assert difference is not None
+    if share * difference <= 0.0:
+        raise SceneError("precession_of: j2 and dynamical_ellipticity must have one sign, and neither be 0")
+    return difference / share, 1.5 * difference
+
+
+def _nutation(ellipticity: float, spin: float, theta: float, tilt: float, orbit: _Orbit) -> tuple[float, float]:
+    """Amplitudes in longitude and obliquity of the nutation with the node of an orbit; tilt: of its mean plane."""
+    tilt = max(tilt, _UPRIGHT)
+    longitude, oblique = node_nutation(
+        ellipticity, spin, tilt, GRAVITATIONAL_CONSTANT * orbit.mass, orbit.semi_major_axis, orbit.eccentricity,
+        orbit.inclination, -2.0 * math.pi / orbit.node_period,
+    )  # fmt: skip
+    # Longitude is counted along the body's own orbit, where a mean plane of less tilt goes round a smaller circle.
+    return abs(float(longitude)) * math.sin(tilt) / math.sin(theta), abs(float(oblique))
 
 
 def _common_rate(
@@ -192,14 +244,15 @@ def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:
     eccentricity = number_of("eccentricity", "dimensionless", -1e-300)
     if eccentricity >= 1.0:
         raise SceneError(f"precession_of: eccentricity of {shown(name)} must be below 1")
-    return _Orbit(name, own, axis, eccentricity, number_of("inclination", "angle", -math.inf))
+    node = number_of("node_period", "time", 0.0) if "node_period" in companion else math.inf
+    return _Orbit(name, own, axis, eccentricity, number_of("inclination", "angle", -math.inf), node)
 
 
 def _number(name: str, value: Any, dimension: str, above: float) -> float:
     try:
         own = with_unit(value)
         value = value if own is None else written_quantity(own)
-        made = quantity(value, dimension) if isinstance(value, str) else float(value)
+        made = quantity(value, dimension) if isinstance(value, str) and dimension != "dimensionless" else float(value)
     except (SceneError, TypeError, ValueError) as error:
         raise SceneError(f"precession_of: {name}: {error}") from None
     if not (math.isfinite(made) and made > above):

@@ -33,7 +33,21 @@ def test_help_teaches_with_examples(capsys):
 
 @pytest.mark.parametrize(
     "command",
-    ["new", "plan", "run", "resume", "show", "movie", "report", "view", "tradeoff", "moments", "ratios", "guide"],
+    [
+        "new",
+        "plan",
+        "run",
+        "resume",
+        "show",
+        "movie",
+        "report",
+        "view",
+        "tradeoff",
+        "moments",
+        "ratios",
+        "precession",
+        "guide",
+    ],
 )
 def test_every_command_has_an_example_that_parses(command, capsys):
     with pytest.raises(SystemExit):

@@ -256,7 +256,7 @@ def test_commands_that_pages_show_exist(name, help_of, capsys):
             assert words[0] in ("--help", "--version")
             continue
         options = {word.partition("=")[0] for word in words[1:] if word.startswith("--")}
-        known = set(re.findall(r"--[a-z][a-z-]*", help_of(words[0], capsys)))
+        known = set(re.findall(r"--[a-z][a-z0-9-]*", help_of(words[0], capsys)))
         assert options <= known, words
         if words[0] == "guide" and len(words) > 1:
             assert words[1] in {*pages.TOPICS, "TOPIC"}

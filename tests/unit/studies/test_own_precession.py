@@ -4,6 +4,7 @@ import astropy.units as u
 import numpy as np
 import pytest
 
+from astroinertia.bodies.mean_orbits import mean_companions
 from astroinertia.bodies.planets import body
 from astroinertia.errors import SceneError
 from astroinertia.rotation.precession import ARCSECOND_PER_YEAR, moons_of_the_equator
@@ -15,11 +16,6 @@ SUN = {"name": "Sun", "mass": "1 Msun", "semi_major_axis": "1.00000102 au", "ecc
 MOON = {
     "name": "Moon", "mass": 7.3458e22, "semi_major_axis": "384399 km", "eccentricity": 0.0549006,
     "inclination": "5.1453964 deg",
-}  # fmt: skip
-# GM in km3 s-2 and mean elements: Jacobson 2022, AJ 164, 199; JPL's mean elements of satellites.
-SATURN_MOONS = {
-    "Tethys": (41.21, 294672e3, 0.0), "Dione": (73.116, 377415e3, 0.0022), "Rhea": (153.94, 527068e3, 0.001),
-    "Titan": (8978.137, 1221865e3, 0.0288), "Iapetus": (120.515, 3560854e3, 0.0283),
 }  # fmt: skip
 
 
@@ -45,6 +41,10 @@ def test_the_earth_with_and_without_its_moon():
     assert arcseconds(both) == pytest.approx(50.3848, rel=2e-3)
     assert float(both.precession_rate.sel(companion="Moon")) / ARCSECOND_PER_YEAR == pytest.approx(34.45, rel=3e-3)
     assert arcseconds(planet("Earth", ratio, [SUN])) == pytest.approx(15.95 - 0.019, abs=0.01)
+    # 9.2025" of the IAU 2000 for an Earth that is not rigid, 9.2278" for one that is (Souchay et al. 1999).
+    moving = planet("Earth", ratio, mean_companions("Earth")).sel(companion="Moon")
+    assert np.degrees(moving.nutation_obliquity) * 3600 == pytest.approx(9.2278, rel=1e-3)
+    assert np.degrees(moving.nutation_longitude) * 3600 == pytest.approx(17.2806, rel=1e-3)
     # The Moon's mean orbit is the ecliptic, to arc seconds: far beyond the Laplace radius.
     assert float(both.tilt.sel(companion="Moon")) == pytest.approx(earth.value("obliquity"), abs=1e-3)
 
@@ -54,27 +54,23 @@ def test_saturn_with_its_satellites():
 
     They leave out that Titan's mean orbit is tilted, which takes off 1 %; spin: of System III.
     """
-    sun = {"name": "Sun", "mass": "1 Msun", "period": "29.4475 yr", "eccentricity": 0.0555}
-    moons = [
-        {"name": name, "mass": gm * 1e9 / GRAVITATIONAL_CONSTANT, "semi_major_axis": axis, "eccentricity": e}
-        for name, (gm, axis, e) in SATURN_MOONS.items()
-    ]
+    sun, *moons = mean_companions("Saturn")
     saturn = planet("Saturn", 0.2199, [sun, *moons], period=360.0 / 810.7939024 * 86400.0)
     assert arcseconds(saturn) / np.cos(body("Saturn").value("obliquity")) == pytest.approx(0.8306, rel=0.015)
     assert arcseconds(saturn) == pytest.approx(0.742, rel=0.015)
     assert arcseconds(planet("Saturn", 0.2199, [sun])) == pytest.approx(0.75 / 4.0, abs=0.02)  # a fourth without them
     assert np.degrees(float(saturn.tilt.sel(companion="Titan"))) == pytest.approx(0.6, abs=0.1)  # Ward & Hamilton
     assert np.degrees(float(saturn.tilt.sel(companion="Iapetus"))) == pytest.approx(15.0, abs=1.5)  # Tremaine et al.
+    # 0.003517 deg in declination and 0.031396 in right ascension, with Titan's node: Jacobson's fit to occultations.
+    swing = np.degrees(float(saturn.nutation_obliquity.sel(companion="Titan")))
+    assert swing == pytest.approx(0.003517, rel=0.015)
+    assert swing == pytest.approx(0.031396 * np.cos(np.radians(83.53429)), rel=0.015)
+    assert np.isnan(saturn.nutation_obliquity.sel(companion="Rhea"))
 
 
 def test_mars_with_its_moons():
     """7608.3 mas a year (Konopliv et al. 2016), by C/(M a^2) of 0.36367."""
-    sun = {"name": "Sun", "mass": "1 Msun", "semi_major_axis": "1.523679342 au", "eccentricity": 0.0934006}
-    moons = [
-        {"name": name, "mass": gm / GRAVITATIONAL_CONSTANT, "semi_major_axis": axis}
-        for name, gm, axis in (("Phobos", 7.087e5, 9375e3), ("Deimos", 9.62e4, 23458e3))
-    ]
-    mars = planet("Mars", 0.36367, [sun, *moons], obliquity="25.1893823 deg")
+    mars = planet("Mars", 0.36367, mean_companions("Mars"), obliquity="25.1893823 deg")
     assert 1e3 * arcseconds(mars) == pytest.approx(7608.3, rel=1e-3)
 
 
@@ -116,6 +112,16 @@ def test_numbers_may_have_units_of_astropy_and_periods_stand_for_axes():
     assert arcseconds(planet("Earth", 0.3307, [by_period])) == pytest.approx(arcseconds(text), rel=1e-4)
 
 
+def test_two_of_three_numbers_say_the_shape():
+    whole = planet("Earth", 0.3307, [SUN, MOON])
+    ellipticity = float(whole.dynamical_ellipticity)
+    assert ellipticity == pytest.approx(body("Earth").adopted("j2").value / 0.3307, rel=1e-12)
+    for shape in ({"j2": None}, {"moment_ratio": None}):
+        other = planet("Earth", 0.3307, [SUN, MOON], **{"dynamical_ellipticity": ellipticity, **shape})
+        assert float(other.total_rate) == pytest.approx(float(whole.total_rate), rel=1e-12)
+        assert float(other.moment_ratio) == pytest.approx(0.3307, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("changed", "problem"),
     [
@@ -123,7 +129,10 @@ def test_numbers_may_have_units_of_astropy_and_periods_stand_for_axes():
         ({"radius": -1.0}, "radius must be a finite number above 0"),
         ({"period": float("nan")}, "period"),
         ({"obliquity": "200 deg"}, "at most 180 deg"),
-        ({"moment_ratio": None}, "one of moment_ratio and polar_moment"),
+        ({"moment_ratio": None}, "give two of j2, dynamical_ellipticity"),
+        ({"dynamical_ellipticity": 0.003}, "give two of j2, dynamical_ellipticity"),
+        ({"moment_ratio": None, "dynamical_ellipticity": -0.003}, "must have one sign"),
+        ({"companions": [{**SUN, "node_period": "0 yr"}]}, "node_period of Sun must be a finite number above 0"),
         ({"companions": []}, "at least one companion"),
         ({"companions": [{"name": "Sun", "mass": "1 Msun"}]}, "needs a mass, and one of"),
         ({"companions": [{**SUN, "size": 3.0}]}, "has the key 'size'"),
