@@ -232,9 +232,9 @@ class InertiaAccessor:
 
         About the centre of mass, in the axes of the dataset or in the principal axes at that time, z that of the
         largest moment; with the reference radius of the reader's choice or the one at that time that zonal_harmonic_2
-        refers to. Conventions as of inertia.gravity_field. Without particles, a homogeneous body that keeps its profile
-        has its field at every record, in closed form. 1e5 particles take 0.04 s a snapshot to degree 8 and 1 s to
-        degree 50. AbsentError where there is neither.
+        refers to. Conventions as of inertia.gravity_field. Without particles, a body that keeps its similar layers has
+        its field at every record, to degree 20. 1e5 particles take 0.04 s a snapshot to degree 8 and 1 s to degree 50.
+        AbsentError where there is neither.
 
         >>> field = ds.inertia.gravity_field()
         >>> c20 = field.harmonic_coefficient.sel(part="C", degree=2, order=0)

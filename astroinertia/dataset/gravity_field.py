@@ -1,21 +1,19 @@
-"""Gravity fields as variables of a dataset, and those of a run: of the particles of its snapshots, or of its ellipsoid.
+"""Gravity fields as variables of a dataset, and those of a run: of the particles of its snapshots, or of its layers.
 
 Tests: tests/unit/dataset/test_gravity_field.py.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset.radii import KEPT
 from astroinertia.errors import AbsentError
 from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field, particle_field
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import second_moment_from_inertia
-
-_HOMOGENEOUS = 1e-9  # relative difference of the surface from the homogeneous ellipsoid of the same second moments
 
 
 def field_variables(
@@ -54,26 +52,31 @@ def field_labels(degree: int) -> dict[str, Any]:
 def run_fields(
     dataset: xr.Dataset, snapshots: xr.Dataset | None, degree: int, radius: float | None
 ) -> tuple[xr.Variable, list[GravityField]]:
-    """Times, and the fields about the centre of mass: at the snapshots, or at all records of a homogeneous ellipsoid.
+    """Times, and the fields about the centre of mass: at the snapshots, or at all records of a body of similar layers.
 
     radius: the reference radius, or at each time the one that J2 of the dataset refers to. AbsentError where a run has
-    neither particles nor a homogeneous body.
+    neither particles nor layers that it keeps, ValueError beyond the degree to which layers are known.
     """
-    if snapshots is None and not _is_homogeneous(dataset):
+    noted = {name: dataset[name].attrs for name in dataset.data_vars}  # older files have none of these two
+    moments = noted.get("gravity_coefficient", {}).get("radial_moments", ())
+    if snapshots is None and not np.size(moments):
         raise AbsentError(
-            "the gravity field above degree 2 needs snapshots of particles or a homogeneous body; degree 2 is in"
-            " gravity_coefficient."
+            "the gravity field above degree 2 needs snapshots of particles, or a body that keeps its layers; degree 2"
+            " is in gravity_coefficient."
         )
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]
-    chosen = dataset["zonal_harmonic_2"].attrs.get("radius", "equatorial_radius")
+    chosen = noted.get("zonal_harmonic_2", {}).get("radius", "equatorial_radius")
     series = np.interp(times.values, dataset["time"].values, dataset[chosen].values)
     radii = (series if radius is None else np.full(times.size, radius)).tolist()
     if snapshots is not None:
         fields = [_of_snapshot(snapshots.isel(snapshot_time=k), degree, size) for k, size in enumerate(radii)]
         return times.variable, fields
+    if degree > 2 * np.size(moments):
+        raise ValueError(f"the gravity field of layers goes to degree {2 * np.size(moments)}, not {degree}")
     inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
     masses = dataset["mass"].values.tolist()
-    return times.variable, [_of_ellipsoid(*each, degree) for each in zip(masses, inertia, radii, strict=True)]
+    means = np.append(1.0, moments)
+    return times.variable, [_of_layers(*each, degree, means) for each in zip(masses, inertia, radii, strict=True)]
 
 
 def _of_snapshot(particles: xr.Dataset, degree: int, radius: float) -> GravityField:
@@ -82,14 +85,14 @@ def _of_snapshot(particles: xr.Dataset, degree: int, radius: float) -> GravityFi
     return particle_field(mass[present], position[present], degree, radius)
 
 
-def _is_homogeneous(dataset: xr.Dataset) -> bool:
-    surface = dataset.get("surface_mean_radius")
-    if surface is None or surface.attrs.get("radius_convention") != KEPT:
-        return False
-    return bool((abs(surface / dataset["mean_radius"] - 1) < _HOMOGENEOUS).all())
+def _of_layers(mass: float, inertia: np.ndarray, radius: float, degree: int, means: np.ndarray) -> GravityField:
+    """The field of similar layers: that of the homogeneous ellipsoid of their surface times (l + 3)/3 <s^l>.
 
-
-def _of_ellipsoid(mass: float, inertia: np.ndarray, radius: float, degree: int) -> GravityField:
+    means: <s^l> over the mass, l = 0, 2, ..., s the size of a layer over that of the surface; Q = M <s^2> a (x) a/3.
+    """
     axes = principal_frame(inertia)[1]
-    squares = np.diag(axes @ second_moment_from_inertia(inertia) @ axes.T) * (5.0 / mass)
-    return ellipsoid_field(mass, np.sqrt(np.maximum(squares, 0.0)), degree, radius).rotated(axes.T)
+    squares = np.diag(axes @ second_moment_from_inertia(inertia) @ axes.T) * (3.0 / (mass * means[1]))
+    field = ellipsoid_field(mass, np.sqrt(np.maximum(squares, 0.0)), degree, radius).rotated(axes.T)
+    degrees = np.arange(degree + 1)
+    shares = (degrees + 3) / 3 * means[degrees // 2]  # odd degrees are 0 anyway
+    return replace(field, coefficients=field.coefficients * shares[:, None])

@@ -132,7 +132,12 @@ def conventions(variables: Mapping[str, tuple], metadata: Mapping[str, Any]) -> 
         if np.isfinite(variables[name][1]).any():
             noted[name] = {"radius_convention": of_surface}
     chosen = next((name for name in (EQUATORIAL, MEAN) if known[name]), "equatorial_radius")
-    return noted | {name: {"radius": chosen} for name in ("zonal_harmonic_2", "gravity_coefficient")}
+    noted |= {name: {"radius": chosen} for name in ("zonal_harmonic_2", "gravity_coefficient")}
+    structure = metadata.get("structure", {})
+    radial = [structure[name] for name in structure if name.startswith("radial_moment_")]
+    if radial and of_surface == KEPT:
+        noted["gravity_coefficient"]["radial_moments"] = radial  # of s^2, s^4 and so on: for dataset.gravity_field
+    return noted
 
 
 def _origin(variables: Mapping[str, tuple], metadata: Mapping[str, Any]) -> str:

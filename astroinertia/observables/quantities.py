@@ -125,6 +125,7 @@ _CENTRE = "about the centre of mass"
 _SPHERE = "of a sphere about the centre of mass; mean radius of a similar ellipsoid where the profile is kept"
 
 ENCLOSED = 0.99
+LAYERS_DEGREE = 20  # of the gravity field of a body of similar layers
 """Share of the mass of particles that the ellipsoid of their surface encloses."""
 
 UNRECORDED = "this model does not record it"

@@ -1,5 +1,7 @@
 """`ds.inertia.gravity_field`: of particles the sums at their snapshots, of a homogeneous ellipsoid the closed form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -7,7 +9,7 @@ import xarray as xr
 import astroinertia
 from astroinertia import dataset
 from astroinertia.errors import AbsentError, SceneError
-from astroinertia.inertia.gravity_field import ellipsoid_field
+from astroinertia.inertia.gravity_field import ellipsoid_field, layered_field
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.dataset.test_radii import STAR, course
@@ -85,9 +87,36 @@ def test_in_principal_axes_j2_is_that_of_the_principal_moments(tree) -> None:
         sweep.inertia.gravity_field()
 
 
+@pytest.mark.parametrize("model", ["ellipsoid", "rigid", "scaling"])
+def test_a_polytrope_has_the_field_of_its_similar_layers(model: str) -> None:
+    """J_l over that of the homogeneous spheroid of its surface is (l + 3)/3 <s^l>, in closed form for n = 1."""
+    body = STAR.replace("1.5", "1.0") + "axes = [1.0, 1.0, 0.8]\n"
+    run = course(body + ("" if model == "rigid" else "[equation_of_state]\nkind = 'ideal'\n"), model)
+    field = run.inertia.gravity_field(degree=20, radius=2.0)
+    uniform = ellipsoid_field(1.0, (2.0, 2.0, 1.6), 20, 2.0)
+    pi2 = np.pi**2
+    means = {2: 1 - 6 / pi2, 4: 1 - 20 / pi2 + 120 / pi2**2, 6: 1 - 42 / pi2 + 840 / pi2**2 - 5040 / pi2**3}
+    for degree, mean in means.items():
+        expected = uniform.zonal_harmonic(degree) * (degree + 3) / 3 * mean
+        assert float(field.zonal_harmonic.sel(degree=degree)[0]) == pytest.approx(expected, rel=1e-9)
+    shells = (np.arange(4000) + 0.5) / 4000
+    layers = layered_field(np.sinc(shells), np.outer(shells + 0.5 / 4000, (2.0, 2.0, 1.6)), 20, 2.0)
+    assert float(field.zonal_harmonic.sel(degree=20)[0]) == pytest.approx(layers.zonal_harmonic(20), rel=1e-4)
+    with pytest.raises(SceneError, match="the gravity field of layers goes to degree 20, not 21"):
+        run.inertia.gravity_field(degree=21)
+
+
 def test_other_bodies_have_none_above_degree_two() -> None:
-    with pytest.raises(AbsentError, match="needs snapshots of particles or a homogeneous body; degree 2 is in"):
-        course(STAR + "[equation_of_state]\nkind = 'ideal'\n", "ellipsoid").inertia.gravity_field()
+    text = '[body]\nkind = "rotating_star"\nindex = 1.0\naxis_ratio = 0.8\nmass = 1.0\nradius = 2.0\n'
+    with pytest.raises(AbsentError, match="needs snapshots of particles, or a body that keeps its layers; degree 2 is"):
+        course(text, "scaling").inertia.gravity_field()
+
+
+def test_particles_of_older_files_have_theirs() -> None:
+    old = astroinertia.open(Path(__file__).parents[2] / "data" / "format_1.nc")
+    field = old.inertia.gravity_field(degree=4)
+    assert field.sizes["snapshot_time"] == 2 and field.zonal_harmonic.notnull().all()
+    assert float(field.reference_radius[0]) == float(old.equatorial_radius[0])
 
 
 def test_wrong_arguments_are_refused(tree) -> None:
