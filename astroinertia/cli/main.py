@@ -32,6 +32,7 @@ from astroinertia.cli import (
     ratios,
     reports,
     result as cli_result,
+    sensitivity as cli_sensitivity,
     stop,
     sweep as cli_sweep,
     tradeoff as cli_tradeoff,
@@ -147,6 +148,8 @@ def _commands() -> dict[str, Command]:
                         "runs/coarse", (partial(reports.add_arguments, name="view"),)),
         "tradeoff": Command(_tradeoff, "run a scene over its accuracy knobs and say what accuracy costs in time",
                             "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
+        "sensitivity": Command(_sensitivity, "say how a run answers to keys of its scene: derivatives of every series",
+                               cli_sensitivity.HELP, (cli_sensitivity.add_arguments, *running)),
         "compare": Command(_printing("compare", compare.report), "lay several runs over each other: models of one "
                            "scene, or costs of one model", compare.HELP, (compare.add_arguments,)),
         "moments": Command(_printing("moments", moments.report), "print the inertia tensor of a particle table, a mesh "
@@ -337,6 +340,17 @@ def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> i
         _say(line)
     _say(f"wrote {outcome.file}; look at it with: astroinertia show {folder}")
     return FAILED if outcome.failures else UNCLOSED if unclosed else GOOD
+
+
+def _sensitivity(options: Options) -> int:
+    begun = time.monotonic()
+    scene = _load(options)
+    sweep, folder = cli_sensitivity.sweep_of(scene, options)
+    code = _sweep(sweep, folder, options, stop.deadline(options, begun))
+    if code == FAILED:
+        return code
+    _say("\n".join(cli_sensitivity.report(scene, folder, folder / f"{sweep.name}.nc", options)))
+    return code
 
 
 def _finished(result: Path, folder: Path) -> int:

@@ -148,6 +148,18 @@ def _written(value: float, unit: str, whole: bool) -> Any:
     return int(rounded) if whole and rounded.is_integer() else rounded
 
 
+def scaled(value: Any, factor: float) -> Any:
+    """A number or a quantity, in the unit it has, times a factor; SceneError continues a sentence of its key.
+
+    >>> print(scaled("3 km", 1.01))
+    3.03 km
+    """
+    (number, _), unit, _ = _ends([value, value])
+    if number == 0.0:
+        raise SceneError("is 0, which a relative step does not move.")
+    return _written(number * factor, unit, False)
+
+
 def coordinate(values: Sequence[Any]) -> tuple[np.ndarray, str | None]:
     """Values of a parameter as an array: in SI with their unit, or as texts (None) where they are no numbers."""
     if all(isinstance(item, int | float) and not isinstance(item, bool) for item in values):

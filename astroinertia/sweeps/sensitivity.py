@@ -1,0 +1,129 @@
+"""How a run answers to its parameters: derivatives of every series by keys of the scene, from runs on either side.
+
+Each key is moved by a relative step h and by h/2, both ways. With D(h) the central difference, (4 D(h/2) - D(h))/3 is
+of fourth order in h (Richardson 1911, Philosophical Transactions A 210, 307), and its difference from D(h/2) bounds the
+error where the runs are smooth in the key. Particles answer with noise, too, which a larger step makes smaller; that
+difference shows it. A `sensitivity_sweep` is run as any sweep, by `sweeps.ensemble.run_sweep`. Tests:
+tests/unit/sweeps/test_sensitivity.py.
+"""
+
+from collections.abc import Sequence
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from astroinertia.errors import SceneError
+from astroinertia.scene import load, source
+from astroinertia.scene.schema import Scene
+from astroinertia.scene.sweep import Sweep, loads
+from astroinertia.scene.sweep_values import scaled, toml_text
+from astroinertia.sweeps.combined import variable_name
+from astroinertia.units import shown
+
+STEP = 0.01
+SIDES = (-1.0, -0.5, 0.5, 1.0)  # of the step, in the order of the members of a key; member 0 is the scene as it is
+
+
+def sensitivity_sweep(
+    scene: Scene | dict[str, Any] | str | PathLike[str], by: Sequence[str], step: float = STEP
+) -> Sweep:
+    """The sweep that tells how a scene answers to keys such as "body.rotation.period": four runs a key, and its own.
+
+    step: relative, above 0 and at most 0.5. SceneError for a key that the scene does not set, or that is no number or
+    quantity other than 0, and for a step with which a member is no valid scene.
+
+    >>> sweep = sensitivity_sweep("sims/core_to_pulsar_scaling.toml", ["body.rotation.period"])
+    >>> print(len(sweep.members), sweep.members[1][0], sweep.members[2][0])
+    5 29.7 s 29.85 s
+    """
+    if not 0.0 < step <= 0.5:
+        raise SceneError(f"the step must be above 0 and at most 0.5, not {step:g}.")
+    if not by or len(set(by)) < len(by):
+        raise SceneError("sensitivity needs keys of the scene to answer to, each once, such as body.rotation.period.")
+    chosen = scene if isinstance(scene, Scene) else load.of(scene)
+    text = chosen.to_toml()
+    tables = source.parse(text, chosen.name)
+    base = {key: _value(tables, key) for key in by}
+    members = [base] + [base | {key: _moved(key, base[key], 1 + side * step)} for key in by for side in SIDES]
+    rows = (", ".join(f'"{key}" = {toml_text(value)}' for key, value in member.items()) for member in members)
+    listed = ",\n".join(f"    {{{row}}}" for row in rows)
+    sweep = loads(f"{text}\n[sweep]\nmembers = [\n{listed},\n]\n", origin=chosen.origin, name=chosen.name)
+    assert sweep is not None
+    return sweep
+
+
+def sensitivity(data: xr.Dataset) -> xr.Dataset:
+    """Derivatives by the logarithm of each parameter, dX/d ln p, from the result of a `sensitivity_sweep`.
+
+    Every series X (member, time, ...) of the result becomes X (parameter, time, ...) in its own units, and X_error its
+    estimated error; `value` (parameter,) is each parameter in the scene. d ln X/d ln p follows by
+    `data.isel(member=0)`. SceneError for another dataset. Error: of order step^4 where runs are smooth in the
+    parameter.
+
+    >>> import astroinertia, pathlib, tempfile
+    >>> from astroinertia.sweeps.ensemble import run_sweep
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     sweep = sensitivity_sweep("sims/core_to_pulsar_scaling.toml", ["body.rotation.period"])
+    ...     data = astroinertia.open(run_sweep(sweep, pathlib.Path(folder)).file).load()
+    >>> answer, spin = sensitivity(data).angular_velocity, data.angular_velocity.isel(member=0)
+    >>> print((answer / spin).isel(time=-1).sel(i="z").values.round(6))  # as 1/period
+    [-1.]
+    """
+    keys = [key.strip() for key in str(data.attrs.get("sweep_parameters", "")).split(",") if key.strip()]
+    names = [variable_name(key) for key in keys]
+    if data.sizes.get("member") != 1 + len(SIDES) * len(keys) or any(name not in data.coords for name in names):
+        raise SceneError(
+            "sensitivity needs the result of a sensitivity sweep, with four members a key and the scene's own."
+        )
+    numbers = [
+        name
+        for name, variable in data.items()
+        if {"member", "time"} <= set(variable.dims) and variable.dtype.kind == "f"
+    ]
+    answers = []
+    for place, name in enumerate(names):
+        members = data.isel(member=slice(1 + len(SIDES) * place, 1 + len(SIDES) * (place + 1)))
+        base = float(data[name].values[0])
+        steps = members[name].values / base - 1
+        if not np.allclose(steps / steps[-1], SIDES, atol=1e-6):
+            raise SceneError(f"the members of {keys[place]} are not those of a sensitivity sweep.")
+        answers.append(_derivative(members[numbers], float(steps[-1])))
+    result = xr.concat(answers, xr.Variable("parameter", keys, {"long_name": "key of the scene"}))
+    values = [float(data[name].values[0]) for name in names]
+    units = [str(data[name].attrs.get("units", "1")) for name in names]
+    result = result.assign_coords(value=("parameter", values), value_units=("parameter", units))
+    for name in numbers:
+        text = data[name].attrs.get("long_name", name)
+        result[name].attrs = {
+            **data[name].attrs,
+            "long_name": f"derivative of {text} by the logarithm of the parameter",
+        }
+        result[f"{name}_error"].attrs = {"units": data[name].attrs.get("units", "1"), "long_name": f"error of {name}"}
+    return result
+
+
+def _value(tables: dict[str, Any], key: str) -> Any:
+    here: Any = tables
+    for part in key.split("."):
+        if not isinstance(here, dict) or part not in here:
+            raise SceneError(f"'{shown(key)}' is not set in the scene; set it, so that it can be moved.")
+        here = here[part]
+    return here
+
+
+def _moved(key: str, value: Any, factor: float) -> Any:
+    try:
+        return scaled(value, factor)
+    except SceneError as error:
+        raise SceneError(f"'{shown(key)}' {error}") from None
+
+
+def _derivative(members: xr.Dataset, step: float) -> xr.Dataset:
+    """The fourth-order derivative of four members, at -h, -h/2, h/2 and h, and its distance from that of h/2."""
+    far = (members.isel(member=3, drop=True) - members.isel(member=0, drop=True)) / (2 * step)
+    near = (members.isel(member=2, drop=True) - members.isel(member=1, drop=True)) / step
+    best = (4 * near - far) / 3
+    error = abs(best - near)
+    return best.merge(error.rename({name: f"{name}_error" for name in error.data_vars}))

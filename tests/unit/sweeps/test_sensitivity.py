@@ -1,0 +1,88 @@
+"""Sensitivities against laws of conservation and of scaling, and what is refused."""
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.errors import SceneError
+from astroinertia.sweeps.ensemble import run_sweep
+from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
+from tests.sims import SIMS
+
+CORE = SIMS / "core_to_pulsar_scaling.toml"
+
+
+def answers(scene, by, folder, step=0.01):
+    data = astroinertia.open(run_sweep(sensitivity_sweep(scene, by, step), folder).file).load()
+    return data.isel(member=0), sensitivity(data)
+
+
+def test_a_core_that_shrinks_answers_as_its_conserved_momentum_says(tmp_path):
+    base, slopes = answers(CORE, ["body.rotation.period", "body.radius"], tmp_path)
+    assert list(slopes.parameter.values) == ["body.rotation.period", "body.radius"]
+    assert slopes.value.values.tolist() == [30.0, 1.5e6] and list(slopes.value_units.values) == ["s", "m"]
+    for series, powers in (
+        ("angular_velocity", (-1.0, 0.0)),
+        ("inertia_tensor", (0.0, 2.0)),
+        ("rotational_to_gravitational", (-2.0, 3.0)),
+    ):
+        pick = {"i": "z", "j": "z"}
+        here, slope, error = (
+            variable.sel({dim: label for dim, label in pick.items() if dim in variable.dims})
+            for variable in (base[series], slopes[series], slopes[f"{series}_error"])
+        )
+        expected = np.array(powers)[:, None] * here.values
+        assert slopes[series].attrs["units"] == base[series].attrs.get("units", "1")
+        np.testing.assert_allclose(slope.values, expected, atol=1e-6 * abs(here.values).max())
+        assert (abs(slope.values - expected) <= error.values + 1e-9 * abs(here.values).max()).all()
+
+
+def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
+    """I = M R^2 f(t (G M/R^3)^(1/2)) of dust: 3 d ln I/d ln M + d ln I/d ln R = 5."""
+    tables = {
+        "name": "dust",
+        "model": "ellipsoid",
+        "body": {"kind": "uniform", "radius": "900 km", "mass": "1 Msun"},
+        "equation_of_state": {"kind": "ideal", "gamma": "5/3"},
+        "effects": ["gravity"],
+        "time": "40 ms",
+    }
+    base, slopes = answers(tables, ["body.mass", "body.radius"], tmp_path, step=0.02)
+    inertia, rate = (base[name].sel(i="z", j="z").values[1:] for name in ("inertia_tensor", "inertia_rate"))
+    by_mass, by_radius = slopes.inertia_tensor.sel(i="z", j="z").values[:, 1:] / inertia
+    assert abs(by_mass[-1] - 1) > 0.2  # it falls
+    np.testing.assert_allclose(3 * by_mass + by_radius, 5.0, atol=1e-5)
+    time = base.time.values[1:]
+    np.testing.assert_allclose(by_mass, 1 + 0.5 * time * rate / inertia, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("by", "step", "sentence"),
+    [
+        (["body.spin"], 0.01, "'body.spin' is not set in the scene"),
+        (["name"], 0.01, "'name' must go between two numbers or two quantities"),
+        (["body.change.times"], 0.01, "'body.change.times' must"),
+        ([], 0.01, "needs keys of the scene"),
+        (["body.mass", "body.mass"], 0.01, "each once"),
+        (["body.mass"], 0.0, "the step must be above 0"),
+        (["body.mass"], np.nan, "the step must be above 0"),
+    ],
+)
+def test_what_tells_nothing_is_refused(by, step, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        sensitivity_sweep(CORE, by, step)
+
+
+def test_a_key_that_is_zero_is_refused():
+    scene = astroinertia.load(CORE, ["body.index=0.0"])
+    with pytest.raises(SceneError, match=r"'body\.index' is 0"):
+        sensitivity_sweep(scene, ["body.index"])
+
+
+def test_the_result_of_another_sweep_is_refused(tmp_path):
+    sweep = sensitivity_sweep(CORE, ["body.mass"])
+    data = astroinertia.open(run_sweep(sweep, tmp_path).file).load()
+    with pytest.raises(SceneError, match="four members a key"):
+        sensitivity(data.isel(member=slice(0, 4)))
+    with pytest.raises(SceneError, match=r"members of body\.mass are not those"):
+        sensitivity(data.isel(member=[0, 1, 2, 4, 3]))
