@@ -9,7 +9,7 @@ tests/hard/test_scf_hard.py.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.optimize import root_scalar
@@ -257,6 +257,7 @@ def rotating_star(
     return RotatingStar(field, mass, radius, gravitational_constant)
 
 
+@lru_cache(maxsize=64)  # stars of one sequence are sought by way of the same ones
 def _field(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
     choices = RESOLUTIONS if resolution is None else (resolution,)
     field = solve_field(matter, axis_ratio, law, choices[0])

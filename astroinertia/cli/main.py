@@ -252,8 +252,10 @@ def _plan(options: Options) -> int:
     from astroinertia.scene.plan import plan
 
     if (sweep := cli_sweep.sweep_of(options)) is not None:
-        _Console(highlight=False).print(*cli_plan.parts(cli_sweep.planned(sweep, options)), sep="\n")
-        return GOOD
+        with _voice("the members are checked"):
+            planned, possible = cli_sweep.planned(sweep, options)
+        _Console(highlight=False).print(*cli_plan.parts(planned), sep="\n")
+        return GOOD if possible else BAD_INPUT
     scene = _load(options)
     from astroinertia.build.refusals import refuse_impossible
 

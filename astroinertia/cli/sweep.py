@@ -1,6 +1,6 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,10 +58,12 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
 
     hosts.must_be_alone("a sweep")
     left = ensemble.left(sweep, folder)
+    refused = _refused(sweep, left)
+    possible = [number for number in left if number not in refused]
     cluster = options.cluster
     workers: int = 1 if options.workers is None else options.workers
     if options.workers is None and cluster is None:
-        workers = ensemble.usual_workers(ensemble.predictions(sweep, left))
+        workers = ensemble.usual_workers(ensemble.predictions(sweep, possible))
     where = f"on {cluster}" if cluster else "one after another" if workers == 1 else f"by {workers} workers"
     done = len(sweep.members) - len(left)
     say(
@@ -69,24 +71,42 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
         + (f", {done} of them done before" if done else "")
         + (f"; {where}" if left else "")
     )
-
+    if refused:
+        say("\n".join(_table(sweep, refused, "will have no result, for")))
     minutes = getattr(options, "minutes", ensemble.DEFAULT_MINUTES)
     return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, meter.tell_members, deadline)
 
 
 def failures(sweep: "Sweep", outcome: "Carried") -> list[str]:
     """The members that have no result, and why; no lines where all have one."""
+    sentences = {
+        number: failure.sentence + ("" if failure.lasting else " (resume runs it again)")
+        for number, failure in outcome.failures.items()
+    }
+    return _table(sweep, sentences, "has no result, for") if sentences else []
+
+
+def _table(sweep: "Sweep", sentences: Mapping[int, str], title: str) -> list[str]:
     from astroinertia.scene.sweep import member
 
-    if not outcome.failures:
-        return []
-    rows = [("member", "with", "has no result, for")]
-    for number in sorted(outcome.failures)[:MOST_ROWS]:
-        failure = outcome.failures[number]
-        again = "" if failure.lasting else " (resume runs it again)"
-        rows.append((member(number), sweep.description(number), f"{failure.sentence}{again}"))
-    more = len(outcome.failures) - MOST_ROWS
+    rows = [("member", "with", title)]
+    rows += [(member(number), sweep.description(number), sentences[number]) for number in sorted(sentences)[:MOST_ROWS]]
+    more = len(sentences) - MOST_ROWS
     return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
+
+
+def _refused(sweep: "Sweep", numbers: Sequence[int]) -> dict[int, str]:
+    """Members whose body cannot be, and why; SceneError where that is all of them."""
+    from astroinertia.errors import SceneError
+    from astroinertia.scene.sweep import member
+    from astroinertia.sweeps import ensemble
+
+    refused = ensemble.refused(sweep, numbers)
+    if refused and len(refused) == len(sweep.members):
+        number, sentence = next(iter(refused.items()))
+        where = f"{member(number)}: {sweep.description(number)}"
+        raise SceneError(f"no member of the sweep can be: {sentence.removesuffix('.')} ({where}).")
+    return refused
 
 
 def unclosed(file: Path) -> list[str]:
@@ -104,8 +124,8 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def planned(sweep: "Sweep", options: Options) -> "Plan":
-    """The plan of the first member, with what varies and what all members take."""
+def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
+    """The plan of the first member that can be, with what varies and what all take; and whether all members can be."""
     from dataclasses import replace
 
     from astroinertia.costs import plan_lines
@@ -118,15 +138,22 @@ def planned(sweep: "Sweep", options: Options) -> "Plan":
         if getattr(options, name):
             raise SceneError(f"--{name} is for a scene of one run, not for one with [sweep].")
     count = len(sweep.members)
-    lines = [Line("members", f"{count}", f"a {sweep.kind}; all below is of {member(0)}")]
+    refused = _refused(sweep, range(count))
+    possible = [number for number in range(count) if number not in refused]
+    first = possible[0]
+    lines = [Line("members", f"{count}", f"a {sweep.kind}; all below is of {member(first)}")]
     for place, key in enumerate(sweep.keys):
         values = list(dict.fromkeys(str(settings[place]) for settings in sweep.members))
         few = values if len(values) <= 6 else [*values[:3], "...", values[-1]]
         lines.append(Line(key, ", ".join(few), f"{len(values)} values"))
-    scene = sweep.scene(0)
-    all_costs = ensemble.predictions(sweep, range(count))
+    numbers = sorted(refused)
+    lines += [Line(f"{member(n)} refused", sweep.description(n), refused[n]) for n in numbers[:MOST_ROWS]]
+    if len(numbers) > MOST_ROWS:
+        lines.append(Line("and refused", f"{len(numbers) - MOST_ROWS} more members"))
+    scene = sweep.scene(first)
+    all_costs = ensemble.predictions(sweep, possible)
     costs = [cost for cost in all_costs if cost is not None]
-    if len(costs) < count:
+    if len(costs) < len(possible):
         lines.append(Line("time of all", "not known", "the time of a member is not"))
     else:
         work, start = (
@@ -140,8 +167,12 @@ def planned(sweep: "Sweep", options: Options) -> "Plan":
         )
         lines.append(Line("files of all", plan_lines.size(sum(cost.files for cost in costs)), "in the sweep's folder"))
     whole = plan(scene)
-    sections = {"sweep": tuple(lines), **whole.sections, f"cost of {member(0)}": plan_lines.lines(scene, all_costs[0])}
-    return replace(whole, sections=sections)
+    sections = {
+        "sweep": tuple(lines),
+        **whole.sections,
+        f"cost of {member(first)}": plan_lines.lines(scene, all_costs[0]),
+    }
+    return replace(whole, sections=sections), not refused
 
 
 def summary(folder: Path) -> list[str]:

@@ -9,6 +9,7 @@ e_max. Tests: tests/unit/matter/test_barotropes.py, tests/unit/bodies/test_scf.p
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -257,6 +258,7 @@ class ScaledLaw:
     max_enthalpy: float | None = None
 
 
+@lru_cache(maxsize=16)
 def polytropic_matter(index: float) -> ScaledLaw:
     """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from astroinertia.build.refusals import refuse_impossible
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError
@@ -141,6 +142,22 @@ def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]
         except (ArithmeticError, ValueError):  # a body at the edge of what numbers hold
             predicted.append(None)
     return predicted
+
+
+def refused(sweep: Sweep, numbers: Sequence[int]) -> dict[int, str]:
+    """Members whose body cannot be (build.refusals), and why, before anything is prepared.
+
+    >>> sweep = folders.read(Path("runs/sweep"))
+    >>> print(refused(sweep, [0, 1]))
+    {}
+    """
+    sentences = {}
+    for number in numbers:
+        try:
+            refuse_impossible(sweep.scene(number))
+        except SceneError as error:
+            sentences[number] = str(error)
+    return sentences
 
 
 def usual_workers(predicted: Sequence[Prediction | None]) -> int:

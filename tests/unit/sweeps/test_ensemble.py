@@ -188,6 +188,37 @@ def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_ar
     assert folder.waiting(tmp_path / "sweep", 4) == [number]
 
 
+STARS = SCENE.replace('kind = "power_law"\nexponent', 'kind = "rotating_star"\nindex').replace(
+    '[body.rotation]\nperiod = "30 s"\n', "t_over_w = 0.05\n"
+)
+
+
+def test_members_that_cannot_be_are_named_by_plan_and_before_a_run(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "600")
+    file, folder = tmp_path / "stars.toml", tmp_path / "run"
+    file.write_text(STARS.replace("{sweep}", '"body.t_over_w" = [0.2, 0.05]'))
+    assert main(["plan", str(file)]) == 2
+    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert "body.t_over_w = 0.2 " in rows[member(0)] and "mass shedding" in rows[member(0)]
+    assert member(1) in rows["members"] and member(1) not in rows  # the plan is of the first that can be
+    assert main(["run", str(file), "--output", str(folder), "--workers", "1"]) == 1
+    printed = capsys.readouterr().out
+    assert printed.index("will have no result") < printed.index("0 of 2 members")
+    assert "mass shedding" in str(astroinertia.open(folder)["failure"][0].values)
+    assert np.isfinite(astroinertia.open(folder)["mass"][1]).all()
+
+
+@pytest.mark.parametrize("command", ["plan", "run"])
+def test_a_sweep_of_which_no_member_can_be_is_refused_before_anything(command, tmp_path, capsys, monkeypatch):
+    file = tmp_path / "stars.toml"
+    file.write_text(STARS.replace("{sweep}", '"body.t_over_w" = [0.2, 0.3]'))
+    monkeypatch.chdir(tmp_path)
+    assert main([command, str(file)]) == 2
+    caught = capsys.readouterr()
+    assert "no member of the sweep can be: [body] no polytrope" in caught.err and "(member-0000: body" in caught.err
+    assert list(tmp_path.iterdir()) == [file]
+
+
 def test_a_failure_stays_with_its_member_and_is_reported(tmp_path, monkeypatch):
     carried_out, ran = running.run_scene, []
 
@@ -402,7 +433,7 @@ def test_the_lines_of_the_readme_work_on_a_sweep(grid):
 
 
 def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "300")
+    monkeypatch.setenv("COLUMNS", "600")
     place = str(tmp_path / "sweep")
     shutil.copytree(grid[0], place)
     for command in ("movie", "report", "view"):
