@@ -24,8 +24,8 @@ def ratio_sweep_figure(family: xr.Dataset) -> Figure:
 
     >>> from astroinertia.studies.moment_ratio import two_layer_sweep
     >>> figure = ratio_sweep_figure(two_layer_sweep("Mars", {"core_density": [6000.0, 6500.0, 7000.0]}))
-    >>> print(figure.axes[0].get_xlabel(), "|", figure.axes[0].get_ylabel())
-    density of the core (kg m$^{−3}$) | radius of the core (km)
+    >>> print(figure.axes[-1].get_xlabel(), "|", figure.axes[0].get_ylabel())
+    density of the core (kg m⁻³) | radius of the core (km)
     """
     if len(family.sizes) > 2:
         raise SceneError(f"a picture of a sweep shows one or two parameters, not {len(family.sizes)}")
