@@ -64,16 +64,23 @@ class Clocked:
         self.body, self.step_time, self.cpu_time = body, 0.0, 0.0
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self.body, name)
+        value = getattr(self.body, name)
+        return self._clocked(value) if name == "through" else value  # which only some have
 
     def advance(self, until: float) -> None:
         """Go on, and count the seconds."""
-        wall, cpu = clock.perf_counter(), clock.process_time()
-        try:
-            self.body.advance(until)
-        finally:
-            self.step_time += clock.perf_counter() - wall
-            self.cpu_time += clock.process_time() - cpu
+        self._clocked(self.body.advance)(until)
+
+    def _clocked(self, going: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*arguments: Any) -> Any:
+            wall, cpu = clock.perf_counter(), clock.process_time()
+            try:
+                return going(*arguments)
+            finally:
+                self.step_time += clock.perf_counter() - wall
+                self.cpu_time += clock.process_time() - cpu
+
+        return counted
 
 
 def scene_of(scene: Scene, setting: Setting, observables: Sequence[SelectedObservable]) -> Scene:
