@@ -1,7 +1,7 @@
 """The Preliminary Reference Earth Model (PREM) of Dziewonski & Anderson 1981, from data/prem.csv.
 
 Tests: tests/unit/bodies/test_layered.py (mass and moment of inertia), tests/unit/bodies/test_clairaut.py (flattening to
-first order), tests/unit/bodies/test_figures.py (in full).
+first order), tests/unit/bodies/test_figures.py (in full), tests/unit/bodies/test_love_numbers.py (moduli).
 """
 
 import csv
@@ -11,6 +11,7 @@ import numpy as np
 
 from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_layered_body
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
+from astroinertia.bodies.love_numbers import YieldingBody, seismic_body
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -45,6 +46,33 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     radii = np.array([float(row["outer_radius_km"]) for row in _rows()]) * 1e3
     coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in _rows()]
     return polynomial_layers(radii, coefficients, gravitational_constant)
+
+
+def prem_shear_quality() -> tuple[float, ...]:
+    """The quality factor of shear, infinite in fluids, of PREM's 13 layers from the centre to the ocean.
+
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/rotation/test_wobble.py.
+
+    >>> print(*prem_shear_quality()[:3])
+    84.6 inf 312.0
+    """
+    return tuple(float(row["shear_quality"]) for row in _rows())
+
+
+def elastic_prem(ocean: bool = False) -> YieldingBody:
+    """PREM with its moduli at a period of 1 s, isotropic; without the ocean its upper crust reaches up to 6371 km.
+
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/bodies/test_love_numbers.py.
+
+    >>> from astroinertia.bodies.love_numbers import love_numbers
+    >>> print(*(f"{number:.4f}" for number in love_numbers(elastic_prem())))  # k2, h2, l2
+    0.2983 0.6038 0.0840
+    """
+    rows = _rows() if ocean else (*_rows()[:-2], _rows()[-2] | {"outer_radius_km": _rows()[-1]["outer_radius_km"]})
+    radii = [1e3 * float(row["outer_radius_km"]) for row in rows]
+    return seismic_body(
+        radii, *([[1e3 * float(row[f"{name}{k}"]) for k in range(4)] for row in rows] for name in "aps")
+    )
 
 
 @with_quantities()

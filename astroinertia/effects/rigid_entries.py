@@ -117,10 +117,17 @@ RIGID: Mapping[str, Entry] = {
             "love_number": positive("dimensionless", REQUIRED, "k_2"),
             "radius": positive("length", REQUIRED, "equatorial radius of the body"),
             "time_lag": positive("time", None, "by which tides lag, the same at all frequencies; or give quality"),
-            "quality": positive("dimensionless", None, "Q, the same at all frequencies"),
+            "quality": positive("dimensionless", None, "Q, the same at all frequencies; or give relaxation_time"),
+            "relaxation_time": positive("time", None, "viscosity over rigidity of a body that flows as Maxwell's"),
+            "exponent": Option(
+                "dimensionless", None, "alpha of Andrade's creep on top of it", minimum=0.0, maximum=1.0, exclusive=True
+            ),
+            "fluid_love_number": positive(
+                "dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one"
+            ),
         },
         "body",
-        "Mignard 1979; Goldreich & Soter 1966",
+        "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012",
         ("rigid",),
         size=torque_sizes.TIDAL_TORQUE,
         colour="green",

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.pytree import pytree
+from astroinertia.matter.rheology import dissipation
 
 
 @pytree
@@ -17,12 +18,18 @@ class TidalTorque(Effect):
     Each companion of mass m at r, moving at v, attracts only the tide that it raises itself (Mignard 1979, Moon and
     Planets 20, 301; Correia, Levrard & Laskar 2008, A&A 488, L63). With a quality factor Q instead of a time lag, the
     lag is 1/(2 Q) over the rate at which the body turns below the companion (Goldreich & Soter 1966, Icarus 5, 375).
+    With a rheology k_2/Q is -Im k_2 at twice that rate, of a homogeneous body or of what yields like one,
+    k_2 = k_f/(1 + (k_f/k_e - 1)/j) with the elastic and fluid k and the compliance j of `matter.rheology`, Maxwell's by
+    a relaxation time alone, Andrade's with an exponent too. On an eccentric orbit each moment has its own rate.
     """
 
     love_number: Any
     radius: Any
     time_lag: Any = None
     quality: Any = None
+    relaxation_time: Any = None
+    fluid_love_number: Any = 1.5
+    exponent: Any = None
 
     kind: ClassVar[str] = "tidal_torque"
     external: ClassVar[bool] = True
@@ -30,10 +37,21 @@ class TidalTorque(Effect):
 
     @classmethod
     def from_options(cls, options):
-        """Refuses two measures of the lag, or none."""
-        if (options["time_lag"] is None) == (options["quality"] is None):
-            raise ValueError("give either time_lag or quality")
+        """Refuses two measures of the lag, or none, and a fluid that yields less than what is elastic."""
+        if sum(options[name] is not None for name in ("time_lag", "quality", "relaxation_time")) != 1:
+            raise ValueError("give either time_lag, quality or relaxation_time")
+        if options["exponent"] is not None and options["relaxation_time"] is None:
+            raise ValueError("an exponent, of Andrade's creep, needs a relaxation_time")
+        if options["relaxation_time"] is not None and options["fluid_love_number"] <= options["love_number"]:
+            raise ValueError("fluid_love_number must be above love_number, which is the elastic one")
         return cls(**options)
+
+    def quality_at(self, frequency):
+        """k_2/(-Im k_2) with the elastic k_2, at a frequency above 0."""
+        if self.relaxation_time is None:
+            return self.quality
+        constants = self.relaxation_time, self.exponent
+        return self.love_number / dissipation(self.love_number, self.fluid_love_number, frequency, *constants)
 
     def torque(self, body):
         """In inertial axes; zero without companions."""
@@ -46,5 +64,6 @@ class TidalTorque(Effect):
         lag = self.time_lag
         if lag is None:
             rate = jnp.sqrt(jnp.sum(turning**2, axis=-1, keepdims=True)) / square
-            lag = 0.5 / (self.quality * jnp.where(rate > 0.0, rate, 1.0))
+            rate = jnp.where(rate > 0.0, rate, 1.0)
+            lag = 0.5 / (self.quality_at(2.0 * rate) * rate)
         return jnp.sum(3.0 * self.love_number * self.radius**5 * mass**2 * lag / square**4 * turning, axis=0)

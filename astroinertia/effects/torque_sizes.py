@@ -8,6 +8,7 @@ import math
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, dot, size, within_all
+from astroinertia.matter.rheology import dissipation
 
 
 def _momentum(body: Characteristic) -> float:
@@ -105,13 +106,19 @@ def _gravity_gradient(body: Characteristic, options: Options) -> Found:
 def tidal_spin_down(body: Characteristic, other: Neighbour, options: Options) -> float:
     """The share of the spin that the torque on the lagging tide takes in the run: 3 k2 G M'^2 R^5 lag/a^6 over C omega.
 
-    The lag angle is 1/(2 Q), or the time lag times |omega - n|; eccentricity as (1 - e)^-6, an upper bound.
+    k2 times the lag angle is k2/(2 Q), -Im k2/2, or k2 times the time lag times |omega - n|; eccentricity as
+    (1 - e)^-6, an upper bound.
     """
-    lag = 0.5 / options["quality"] if options["quality"] is not None else None
-    if lag is None:
-        lag = options["time_lag"] * max(abs((body.spin or 0.0) - other.rate), other.rate)
-    strength = 3.0 * options["love_number"] * body.gravitational_constant * other.mass**2 * options["radius"] ** 5
-    return _share(body, strength * lag / (other.distance * (1.0 - other.eccentricity)) ** 6 * body.end)
+    rate = max(abs((body.spin or 0.0) - other.rate), other.rate)
+    number, time = options["love_number"], options["relaxation_time"]
+    if time is not None:
+        lagging = 0.5 * dissipation(number, options["fluid_love_number"], 2.0 * rate, time, options["exponent"])
+    elif options["quality"] is not None:
+        lagging = 0.5 * number / options["quality"]
+    else:
+        lagging = number * options["time_lag"] * rate
+    strength = 3.0 * body.gravitational_constant * other.mass**2 * options["radius"] ** 5
+    return _share(body, strength * lagging / (other.distance * (1.0 - other.eccentricity)) ** 6 * body.end)
 
 
 def _tidal_torque(body: Characteristic, options: Options) -> Found:

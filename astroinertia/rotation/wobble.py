@@ -1,4 +1,4 @@
-"""The free wobble of a planet: Euler's period of a rigid one, what lengthens it by name, its damping and excitation.
+"""The free wobble of a planet: Euler's period of a rigid one, what changes it by name, its damping and excitation.
 
 A pole (x + i y, radians from the axis of figure) that is out of line goes round at the complex frequency
 
@@ -6,35 +6,53 @@ A pole (x + i y, radians from the axis of figure) that is out of line goes round
 
 to first order in the flattening; A_m is the moment of what takes part (mantle and crust where a fluid core does not),
 k how far the body yields to the change of its centrifugal force and k_s the k that a fluid of this flattening would
-have. A complex k, of negative imaginary part, damps. No k is fitted to the observed period: each share has its cause.
+have. A complex k, of negative imaginary part, damps. What core and mantle do to each other is in
+`wobble_and_nutation`. No k is fitted to the observed period: each share has its cause.
 Sources: Munk & MacDonald 1960, The Rotation of the Earth; Smith & Dahlen 1981, GJRAS 64, 223; Sasao, Okubo & Saito
-1980, IAU Symp. 78, 165. Tests: tests/unit/rotation/test_wobble.py.
+1980, IAU Symp. 78, 165; Mathews, Herring & Buffett 2002, JGR 107, B4. Tests: tests/unit/rotation/test_wobble.py.
 """
 
+import math
+import warnings
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 
-from astroinertia.bodies.earth import prem, prem_layer_names
+from astroinertia.bodies.earth import elastic_prem, prem, prem_layer_names, prem_shear_quality
 from astroinertia.bodies.layered import shell_integrals
+from astroinertia.bodies.love_numbers import YieldingBody, love_numbers
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.renamed import renamed
 
 Array = Any
 
 DAY = 86400.0  # s
-ELASTIC_LOVE_NUMBER = 0.298  # k2 of the elastic Earth, Smith & Dahlen 1981; 0.29525 of PREM at tides (IERS TN 36)
-# Of PREM, degree 2: displacement under a potential, and under a load the potential and the displacement
-# (Farrell 1972, Rev. Geophys. 10, 761; Wahr 1981, GJRAS 64, 677).
-_DISPLACEMENT, _LOAD_POTENTIAL, _LOAD_DISPLACEMENT = 0.6032, -0.3075, -1.001
-_OCEAN_SHARE, _OCEAN_DENSITY = 0.708, 1025.0  # of the surface (Eakins & Sharman 2010, NOAA); kg m-3
+_ARCSECOND = math.pi / 648000
+# k2 of the ellipsoidal, rotating, elastic Earth at long periods, which the IERS takes for the pole tide, too: TN 36,
+# table 6.3 and section 6.4.
+_ELLIPSOIDAL = 0.29525
+# Fully normalised dC21 and dS21 of the oceans in equilibrium with the pole tide, over an arc second of m1 and m2, with
+# true shores, their own attraction and load: Desai 2002, JGR 107, C11, 3186, as in IERS TN 36, (6.24).
+_OCEAN_C21, _OCEAN_S21 = 2.1778e-10, 1.7232e-10
 # Mantle anelasticity: Wahr & Bergen 1986, GJRAS 87, 633, as in IERS TN 36, eq. 6.12: k = k_e - SIZE (cot(EXPONENT pi/2)
 # (1 - x) + i x) with x = (period / REFERENCE)^EXPONENT.
 _ANELASTIC_SIZE, _ANELASTIC_EXPONENT, _ANELASTIC_REFERENCE = 5.796e-4, 0.15, 200.0
+# The fluid core: its dynamical ellipticity (Mathews, Herring & Buffett 2002, of the core's nutation), how far its own
+# moment follows the potential of the wobble, and how far that of its own rotation (gamma and beta of PREM: Mathews,
+# Buffett, Herring & Shapiro 1991, JGR 96, 8243).
+CORE_ELLIPTICITY, CORE_COMPLIANCE, CORE_OWN_COMPLIANCE = 0.0026456, 1.965e-3, 6.160e-4
 _MOST_ITERATIONS = 100
+
+
+def __getattr__(name: str) -> Any:
+    if name == "ELASTIC_LOVE_NUMBER":
+        renamed(__name__, name, "elastic_love_number()")
+        return elastic_love_number()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 class Share(NamedTuple):
@@ -129,22 +147,88 @@ def quality(frequency: Array) -> Array:
         return np.real(frequency) / (2 * np.imag(frequency))
 
 
-def ocean_love_number(love_number: float = ELASTIC_LOVE_NUMBER) -> float:
-    """What an ocean in equilibrium with the pole tide adds to k2: about 0.047.
+@with_quantities()
+def wobble_and_nutation(
+    dynamical_ellipticity: float, spin_rate: float, love_number: complex, secular: float, core_share: float,
+    core_ellipticity: float = CORE_ELLIPTICITY, core_compliance: float = CORE_COMPLIANCE,
+    core_own_compliance: float = CORE_OWN_COMPLIANCE,
+) -> tuple[complex, complex]:  # fmt: skip
+    """Frequencies (rad/s, in axes of the body) of the free wobble and the free core nutation of mantle and fluid core.
 
-    Its surface follows (1 + k - h) of the potential, its own load and the yielding to it included; that of an ocean
-    over the whole globe is taken times the share of the surface that oceans cover, which stands for their true shores.
-    Source: Dahlen 1976, GJRAS 46, 363 (true shores: 27.6 d on the period). Checked by
-    tests/unit/rotation/test_wobble.py.
+    With e = (C - A)/A, kappa = e k/k_s, the share A_f/A and the ellipticity e_f of the core, and its compliances gamma
+    and beta, they are the roots, over omega, of
 
-    >>> print(f"{ocean_love_number():.3f}")
-    0.047
+        (sigma - e + (1 + sigma) kappa)(1 + e_f + (1 + beta) sigma) = sigma (1 + sigma)(1 + gamma)^2 A_f/A.
+
+    The nutation is omega plus its frequency in space. ValueError as for `chandler_frequency`.
+    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21), without an inner core of its own. Checked
+    by tests/unit/rotation/test_wobble.py.
+
+    >>> wobble, nutation = wobble_and_nutation(1 / 304.5, 7.292115e-5, 0.297, 0.938, 0.1137)
+    >>> print(f"{2 * np.pi / (7.292115e-5 + nutation.real) / 86400:.0f} d")  # in space; observed: -430
+    -436 d
     """
+    chandler_frequency(dynamical_ellipticity, spin_rate, love_number, secular, 1 - core_share)
+    e = dynamical_ellipticity / (1 - dynamical_ellipticity)
+    kappa = e * love_number / secular
+    core = core_share * (1 + core_compliance) ** 2  # the mantle's compliance for the core's rotation is gamma A_f/A
+    outer, inner = [1 + kappa, kappa - e], [1 + core_own_compliance, 1 + core_ellipticity]
+    roots = np.roots(np.polymul(outer, inner) - [core, core, 0])
+    nutation, wobbling = (complex(root) for root in spin_rate * roots[np.argsort(roots.real)])
+    return wobbling, nutation
+
+
+@lru_cache(maxsize=1)
+def elastic_love_number() -> float:
+    """k2 of PREM at a period of 1 s, without an ocean, referred to the Earth's equatorial radius: about 0.2966.
+
+    The potential of a sphere of radius R goes as k R^5, and so k over the equatorial radius a is k (R/a)^5, as k_s is.
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297. Checked by tests/unit/rotation/test_wobble.py.
+
+    >>> print(f"{elastic_love_number():.4f}")
+    0.2966
+    """
+    return _referred(love_numbers(elastic_prem()).k)
+
+
+def dispersion_love_number() -> float:
+    """What seismic dispersion adds to k2 from 1 s, of PREM's moduli, to 200 s: about 0.0021.
+
+    mu goes as 1 - (2/(pi Q)) ln(period/1 s) with PREM's Q of each layer. Source: Kanamori & Anderson 1977, Rev.
+    Geophys. 15, 105. Checked by tests/unit/rotation/test_wobble.py.
+
+    >>> print(f"{dispersion_love_number():.4f}")
+    0.0021
+    """
+    earth, logarithm = elastic_prem(), math.log(_ANELASTIC_REFERENCE)
+    softer = [
+        mu * (1 - 2 / (np.pi * q) * logarithm) for mu, q in zip(earth.rigidity, prem_shear_quality(), strict=False)
+    ]
+    return _referred(love_numbers(YieldingBody(earth.layers, softer, earth.bulk_modulus, earth.rheology)).k) - (
+        elastic_love_number()
+    )
+
+
+def _referred(number: float) -> float:
     earth = body("Earth")
-    load = 0.6 * _OCEAN_DENSITY / earth.mean_density
-    tide = 1 + love_number - _DISPLACEMENT
-    yielding = 1 - load * (1 + _LOAD_POTENTIAL - _LOAD_DISPLACEMENT)
-    return _OCEAN_SHARE * load * tide * (1 + _LOAD_POTENTIAL) / yielding
+    return float(number) * float(prem().mean_radius / earth.adopted("j2").radius) ** 5
+
+
+def ocean_love_number(love_number: float | None = None) -> float:
+    """What oceans in equilibrium with the pole tide add to k2: 0.0450, the mean of 0.0503 about m1 and 0.0398 about m2.
+
+    Their shores are the true ones, and what the Earth yields under them is in it. love_number: without use, and goes.
+    Source: Desai 2002; Petit & Luzum 2010, IERS TN 36, (6.24). Checked by tests/unit/rotation/test_wobble.py.
+
+    >>> print(f"{ocean_love_number():.4f}")
+    0.0450
+    """
+    if love_number is not None:
+        warnings.warn("ocean_love_number takes no Love number any more", FutureWarning, stacklevel=2)
+    earth = body("Earth")
+    j2 = earth.adopted("j2")
+    per_radian = earth.angular_velocity**2 * j2.radius**3 / earth.gravitational_parameter / math.sqrt(15)
+    return (_OCEAN_C21 + _OCEAN_S21) / 2 / (per_radian * _ARCSECOND)
 
 
 @with_quantities()
@@ -167,52 +251,65 @@ def anelastic_love_number(period: Array) -> Array:
 
 @lru_cache(maxsize=1)
 def mantle_share() -> float:
-    """The share of the Earth's moment that is not of its fluid core, A_m/A, by PREM: about 0.887.
+    """The share of the Earth's moment that is not of its core, A_m/A, by PREM: about 0.886.
 
-    Checked by tests/unit/rotation/test_wobble.py.
+    The inner core stays behind with the fluid that it floats in: the mantle's gravity turns it in years (Mathews,
+    Buffett, Herring & Shapiro 1991). Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{mantle_share():.4f}")  # of the polar moment
-    0.8870
+    0.8862
     """
     with jax.enable_x64(True):
         shells = np.asarray(shell_integrals(prem(), 4))
-    fluid = prem_layer_names().index("outer core")
-    return float(1 - shells[fluid] / shells.sum())
+    core = prem_layer_names().index("outer core") + 1
+    return float(1 - shells[:core].sum() / shells.sum())
 
 
-def chandler_wobble(love_number: float = ELASTIC_LOVE_NUMBER) -> Chandler:
-    """The Earth's free wobble with each cause by name: rigid, elasticity, fluid core, oceans, anelasticity.
+def chandler_wobble(love_number: float | None = None) -> Chandler:
+    """The Earth's free wobble with each cause by name, in the order of `shares`, each on top of those before it.
 
-    love_number: k2 of the wholly elastic Earth. Observed: 433 days (430 to 435), Q of tens to above 100. Not in it: the
-    coupling of core and mantle, the true shores of the oceans and their departure from equilibrium, the triaxiality.
-    NumericalError where the period does not settle. Source: Smith & Dahlen 1981. Checked by
+    rigid. elasticity: PREM's, at 1 s, of a sphere. fluid core: it stays behind. coupling: of core and mantle by the
+    shape of their boundary, and of the bulge by its own inertia. flattening: of the layers, in k2. oceans: in
+    equilibrium. dispersion: from 1 s to 200 s. anelasticity: from there to the period itself. love_number: k2 of the
+    elastic sphere over the equatorial radius, PREM's without it. Observed: 433 days (430 to 435), Q of tens to above
+    100. PREM's Q is known to a tenth, which leaves 1 d open; the oceans' departure from equilibrium is not in it.
+    NumericalError where the period does not settle. Source: Smith & Dahlen 1981; Mathews et al. 2002. Checked by
     tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{chandler_wobble().period / 86400:.1f} d")  # observed: 433
-    435.0 d
+    433.2 d
     """
     earth = body("Earth")
     ellipticity, spin = earth.value("dynamical_ellipticity"), earth.angular_velocity
     j2 = earth.adopted("j2")
     secular = float(secular_love_number(j2.value, earth.gravitational_parameter, j2.radius, spin))
     outside = mantle_share()
+    elastic = elastic_love_number() if love_number is None else love_number
 
-    def frequency(number: complex, share: float) -> complex:
+    def apart(number: complex, share: float) -> complex:
         return complex(chandler_frequency(ellipticity, spin, number, secular, share))
 
-    oceans = ocean_love_number(love_number)
-    anelastic = _anelastic(lambda extra: frequency(love_number + oceans + extra, outside))
-    causes = (
-        ("rigid", 0.0, 1.0), ("elasticity", love_number, 1.0), ("fluid core", 0.0, outside),
-        ("oceans", oceans, outside), ("anelasticity", anelastic, outside),
-    )  # fmt: skip
-    shares: list[Share] = []
-    total: complex = 0.0
-    for name, number, share in causes:
+    def coupled(number: complex) -> complex:
+        return wobble_and_nutation(ellipticity, spin, number, secular, 1 - outside)[0]
+
+    steps: list[tuple[str, complex, complex]] = [
+        ("rigid", 0.0, apart(0.0, 1.0)),
+        ("elasticity", elastic, apart(elastic, 1.0)),
+    ]
+    steps += [("fluid core", 0.0, apart(elastic, outside)), ("coupling", 0.0, coupled(elastic))]
+    total = elastic
+    flattening = _ELLIPSOIDAL - elastic_love_number()
+    for name, number in (
+        ("flattening", flattening), ("oceans", ocean_love_number()), ("dispersion", dispersion_love_number()),
+    ):  # fmt: skip
         total += number
-        period = 2 * np.pi / frequency(total, share).real
-        shares.append(Share(name, period, period - shares[-1].period if shares else period, number))
-    sigma = frequency(total, outside)
+        steps.append((name, number, coupled(total)))
+    anelastic = _anelastic(lambda extra: coupled(total + extra))
+    steps.append(("anelasticity", anelastic, coupled(total + anelastic)))
+    periods = [2 * np.pi / sigma.real for _, _, sigma in steps]
+    changes = np.diff(periods, prepend=0.0)
+    shares = (Share(name, p, float(by), k) for (name, k, _), p, by in zip(steps, periods, changes, strict=True))
+    sigma = steps[-1][2]
     return Chandler(tuple(shares), sigma, 2 * np.pi / sigma.real, float(quality(sigma)), outside, secular)
 
 

@@ -87,16 +87,16 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
 
 
 @with_quantities()
-def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Dataset:
+def chandler_wobble(love_number: float | None = None) -> xr.Dataset:
     """Return the Earth's free wobble by causes: along `cause`, `period` with it and all before it, and its `change`.
 
     Periods in s; `love_number_part` and `love_number_lag` are what it adds to k2, real part and minus the imaginary
     one. `period_of_all` and `quality` are those of all causes, `observed_period` beside them (433 days) and `unnamed`
-    the difference that no cause here accounts for. love_number: k2 of the wholly elastic Earth. Source: as for
-    `rotation.wobble.chandler_wobble`. Checked by tests/physics/test_precession.py.
+    the difference that no cause here accounts for. love_number and source: as for `rotation.wobble.chandler_wobble`.
+    Checked by tests/physics/test_precession.py.
 
     >>> print((chandler_wobble().change.values / 86400).round(1))
-    [303.6 141.3 -50.3  31.2   9.2]
+    [303.6 140.3 -50.5   0.4  -0.8  29.7   1.5   9.1]
     """
     free_wobble = wobble.chandler_wobble(love_number)
     observed = 433.0 * wobble.DAY  # Vondrak, Ron & Chapanov 2017, Adv. Space Res. 59, 1395
@@ -130,7 +130,7 @@ def chandler_wobble(love_number: float = wobble.ELASTIC_LOVE_NUMBER) -> xr.Datas
             "mantle_share": (
                 (),
                 free_wobble.mantle_share,
-                _attributes("1", "A_m/A, the moment outside the fluid core by PREM"),
+                _attributes("1", "A_m/A, the moment outside the core by PREM"),
             ),
         },
         {"cause": causes},

@@ -1,6 +1,7 @@
 """Interiors and moment ratios: PREM, the flattening of a fluid Earth, ratios from measured gravity and precession."""
 
-from astroinertia.bodies.earth import prem, prem_figure
+from astroinertia.bodies.earth import elastic_prem, prem, prem_figure
+from astroinertia.bodies.love_numbers import interior, love_numbers
 from astroinertia.bodies.moment_ratios import polar_from_precession
 from astroinertia.bodies.planets import body
 from astroinertia.verify.comparison import Quantities
@@ -35,4 +36,10 @@ def solar_system() -> Quantities:
     }
 
 
-COMPUTATIONS = (preliminary_reference_earth, hydrostatic_earth, solar_system)
+def yielding_planets() -> Quantities:
+    """Elastic Love numbers of the Earth, and Mars's k2 by the layers that InSight heard."""
+    k, h, _ = love_numbers(elastic_prem())
+    return {"prem_k2": float(k), "prem_h2": float(h), "mars_k2": float(love_numbers(interior("Mars")).k)}
+
+
+COMPUTATIONS = (preliminary_reference_earth, hydrostatic_earth, solar_system, yielding_planets)

@@ -15,6 +15,7 @@ _MARS_TILT, _MARS_RATE = 25.1893823, 7.6083  # deg; arcsec a year: Konopliv et a
 _MERCURY_ORBIT = (87.9693496, 325513.0, 8.6, 0.2056317)  # d, a of the node, deg, eccentricity: Margot et al. 2012
 _MERCURY_FIGURE, _MERCURY_TILT = (5.031e-5, 0.809e-5), 2.04  # J2, C22; arc minutes: Margot et al. 2012
 _MONTH = 27.321661  # d
+_ELASTIC = 0.298  # k2: Smith & Dahlen 1981
 _LAGEOS = (12270e3, 0.0045, 109.84)  # m, eccentricity, deg
 _DOUBLE_PULSAR = (0.10225156248, 1.2489, 1.3381, 0.0877775)  # d, Msun, Msun, e: Kramer et al. 2006
 _HULSE_TAYLOR = (0.322997448918, 1.4398, 1.3886, 0.617134)  # Weisberg, Nice & Taylor 2010
@@ -51,13 +52,12 @@ def mars() -> Quantities:
 
 def chandler() -> Quantities:
     """The Earth's free wobble: rigid, wholly elastic, with its core, and with oceans and anelasticity."""
-    free_wobble = wobble.chandler_wobble()
-    periods = {share.name: share.period / DAY for share in free_wobble.shares}
+    periods = {share.name: share.period / DAY for share in wobble.chandler_wobble(_ELASTIC).shares}
     return {
         "euler_period": periods["rigid"] * DAY * body("Earth").angular_velocity / (2 * np.pi),
         "elastic_period": periods["elasticity"],
         "core_period": periods["fluid core"],
-        "chandler_period": free_wobble.period / DAY,
+        "chandler_period": wobble.chandler_wobble().period / DAY,
     }
 
 

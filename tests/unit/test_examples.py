@@ -33,14 +33,14 @@ ROOMS = [
     *("bodies/apsidal", "bodies/clairaut", "bodies/cold_spheroid", "bodies/composite_polytrope", "bodies/darwin"),
     *("bodies/earth", "bodies/ellipsoid_gravity", "bodies/ellipsoid_secular", "bodies/ellipsoid_stability"),
     *("bodies/figures", "bodies/giant_planets", "bodies/inversion", "bodies/jacobi"),
-    *("bodies/layered", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
+    *("bodies/layered", "bodies/love_numbers", "bodies/maclaurin", "bodies/moment_ratios", "bodies/neutron_star_fits"),
     *("bodies/neutron_stars", "bodies/oscillations", "bodies/planets", "bodies/polytrope", "bodies/riemann"),
     *("bodies/bar_analysis", "bodies/homogeneous_ellipsoid"),
     *("bodies/hydrostatic", "bodies/roche", "bodies/roche_polytrope", "bodies/rotating_star"),
     *("bodies/rotating_sequence", "bodies/rotation_laws", "bodies/spectral_polytrope"),
     *("bodies/scf", "bodies/scf_mesh", "bodies/slow_rotation"),
     *("matter/barotropes", "matter/compact_stars", "matter/compact_tables", "matter/degenerate", "matter/planetary"),
-    "matter/tillotson",
+    *("matter/rheology", "matter/tillotson"),
 ]
 # Those of the rooms that would keep the ordinary tests waiting: what is compiled for a second, run or drawn.
 EXPENSIVE = [

@@ -54,10 +54,10 @@ def test_precession():
 def test_the_wobble():
     figure = plots.chandler_figure(chandler_wobble())
     texts = words(figure)
-    for what in ("303.6 d", "+141.3", "\N{MINUS SIGN}50.3", "+31.2", "+9.2", "observed 433 d", "435.0 d"):
+    for what in ("303.6 d", "+140.3", "\N{MINUS SIGN}50.5", "+29.7", "+9.1", "observed 433 d", "433.2 d"):
         assert what in texts
     bars = figure.axes[0].patches
-    assert bars[2].get_y() + bars[2].get_height() == pytest.approx(394.6, abs=0.1)  # a bar that hangs
+    assert bars[2].get_y() + bars[2].get_height() == pytest.approx(393.4, abs=0.1)  # a bar that hangs
 
 
 def test_sections_and_histories():

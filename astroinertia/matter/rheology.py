@@ -1,0 +1,92 @@
+"""Rheologies of solids: by how much more they yield to a stress that goes as exp(i omega t) than at once.
+
+Each function is the complex compliance J over the elastic one 1/mu, so that the complex rigidity is mu over it (the
+correspondence principle); its imaginary part is negative where heat is made. Frequencies (rad/s) have any shape, NumPy
+or JAX. The Maxwell time is viscosity over rigidity. Frozen with their constants by functools.partial, they are what
+layers of `bodies.love_numbers` take.
+
+Sources: Andrade 1910, Proc. R. Soc. A 84, 1; Castillo-Rogez, Efroimsky & Lainey 2011, JGR 116, E09008; Renaud & Henning
+2018, ApJ 857, 98, of all. Tests: tests/unit/matter/test_rheology.py.
+"""
+
+import math
+from importlib import import_module
+from typing import Any
+
+from astroinertia.process.quantities import with_quantities
+
+Array = Any
+
+
+@with_quantities()
+def maxwell(frequency: Array, relaxation_time: Array) -> Array:
+    """A spring and a dashpot in series, 1 - i/(omega tau_M): flows for good in times above the Maxwell time (s).
+
+    Checked by tests/unit/matter/test_rheology.py.
+
+    >>> print(maxwell(0.5, 2.0))
+    (1-1j)
+    """
+    return 1 - 1j / (frequency * relaxation_time)
+
+
+@with_quantities()
+def kelvin_voigt(frequency: Array, relaxation_time: Array) -> Array:
+    """A spring and a dashpot side by side, 1/(1 + i omega tau): yields late, and no more than the spring in the end.
+
+    Checked by tests/unit/matter/test_rheology.py.
+
+    >>> print(kelvin_voigt(0.5, 2.0))
+    (0.5-0.5j)
+    """
+    return 1 / (1 + 1j * frequency * relaxation_time)
+
+
+@with_quantities()
+def burgers(frequency: Array, relaxation_time: Array, strength: Array, decay_time: Array) -> Array:
+    """Maxwell's and Kelvin and Voigt's in series: `strength` times the elastic compliance more, by the decay time (s).
+
+    Checked by tests/unit/matter/test_rheology.py.
+
+    >>> print(burgers(0.5, 2.0, 1.0, 2.0))
+    (1.5-1.5j)
+    """
+    return maxwell(frequency, relaxation_time) + strength * kelvin_voigt(frequency, decay_time)
+
+
+@with_quantities()
+def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, decay_time: Array = None) -> Array:
+    """Maxwell's and a creep that goes as t^exponent: + Gamma(1 + alpha) (i omega tau_A)^-alpha.
+
+    decay_time: tau_A (s), the Maxwell time without it, as laboratories suggest; exponent alpha: 0.2 to 0.4 of rock and
+    ice, between 0 and 1 (ValueError otherwise). Checked by tests/unit/matter/test_rheology.py.
+
+    >>> print(f"{andrade(1.0, 1e6):.5f}")  # a million times faster than Maxwell's flow: transient creep
+    1.00773-0.00447j
+    """
+    if isinstance(exponent, float) and not 0 < exponent < 1:
+        raise ValueError("the exponent of Andrade's creep is between 0 and 1")
+    transient = relaxation_time if decay_time is None else decay_time
+    gamma = math.gamma if isinstance(exponent, float) else import_module("jax.scipy.special").gamma  # of a tracer
+    return maxwell(frequency, relaxation_time) + gamma(1 + exponent) * (1j * frequency * transient) ** -exponent
+
+
+@with_quantities()
+def dissipation(
+    love_number: Array,
+    fluid_love_number: Array,
+    frequency: Array,
+    relaxation_time: Array,
+    exponent: float | None = None,
+) -> Array:
+    """-Im k of a homogeneous incompressible body at frequencies above 0, by Maxwell's or Andrade's rheology.
+
+    love_number: the elastic k; fluid_love_number: k of the fluid, 3/(2(n - 1)) of a homogeneous one of degree n. With
+    the compliance j, k = k_f/(1 + (k_f/k_e - 1)/j). Source: Efroimsky 2012, CeMDA 112, 283. Checked by
+    tests/unit/matter/test_rheology.py.
+
+    >>> print(f"{dissipation(0.3, 1.5, 1.0, 0.2):.3f}")  # the greatest: at the relaxation time 0.2 (1 + 4)
+    0.600
+    """
+    law = maxwell(frequency, relaxation_time) if exponent is None else andrade(frequency, relaxation_time, exponent)
+    return -(fluid_love_number / (1 + (fluid_love_number / love_number - 1) / law)).imag

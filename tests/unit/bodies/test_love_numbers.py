@@ -1,0 +1,125 @@
+"""Love numbers against closed forms, an identity, an independent code, published tables, and observed ones."""
+
+import json
+import math
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from astroinertia.bodies import clairaut
+from astroinertia.bodies.earth import elastic_prem, prem
+from astroinertia.bodies.layered import constant_layers
+from astroinertia.bodies.love_numbers import YieldingBody, interior, love_numbers, seismic_body, yielding_body
+from astroinertia.matter.rheology import andrade, burgers, dissipation, maxwell
+from astroinertia.units import GRAVITATIONAL_CONSTANT as G
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "viscoelastic.json").read_text())
+DENSITY, RADIUS = 3528.0, 1.8216e6
+SPHERE = constant_layers([RADIUS], [DENSITY], G)
+STRESS = DENSITY * 4 / 3 * math.pi * G * DENSITY * RADIUS**2
+# Load Love numbers of PREM: h', l', k' by degree. Wang et al. 2012, Computers & Geosciences 49, 190.
+WANG = {
+    2: (-0.99079949, 0.023286695, -0.30516104), 3: (-1.0499631, 0.069892136, -0.19585733),
+    4: (-1.0526477, 0.058670467, -0.13352284), 6: (-1.1431163, 0.038586926, -0.090184841),
+    10: (-1.4223516, 0.028273961, -0.068934145),
+}  # fmt: skip
+
+
+def homogeneous(degree, rigidity):
+    """Kelvin's k, h and l of a homogeneous incompressible sphere (Munk & MacDonald 1960, section 5.6)."""
+    stiffness = 1 + (2 * degree**2 + 4 * degree + 3) / degree * rigidity / STRESS
+    return np.array([1.5 / (degree - 1), (degree + 0.5) / (degree - 1), 1.5 / (degree * (degree - 1))]) / stiffness
+
+
+@pytest.mark.parametrize("degree", [2, 3, 10, 60])
+def test_a_homogeneous_incompressible_sphere(degree):
+    for rigidity in (1e7, 6e10, 1e13):
+        found = love_numbers(yielding_body(SPHERE, [rigidity]), degree)
+        assert found == pytest.approx(homogeneous(degree, rigidity), rel=2e-8 if degree > 10 else 1e-11)
+
+
+def test_a_homogeneous_maxwell_sphere_over_fourteen_decades():
+    rates = np.logspace(-8, 6, 15)
+    found = love_numbers(yielding_body(SPHERE, [6e10], rheology=[partial(maxwell, relaxation_time=1.0)]), 2, rates).k
+    exact = homogeneous(2, 6e10)[0]
+    np.testing.assert_allclose(-found.imag, dissipation(exact, 1.5, rates, 1.0), rtol=1e-11)
+    np.testing.assert_allclose(found, [homogeneous(2, 6e10 / maxwell(rate, 1.0))[0] for rate in rates], rtol=1e-12)
+    backwards = love_numbers(yielding_body(SPHERE, [6e10], rheology=[partial(maxwell, relaxation_time=1.0)]), 2, -1.0)
+    assert backwards.k == pytest.approx(np.conj(found[rates == 1.0][0]), rel=1e-12)
+
+
+@pytest.mark.parametrize("row", REFERENCE["values"])
+def test_layers_of_four_rheologies_yield_as_in_an_independent_code(row):
+    moon, creep = interior("Moon"), partial(andrade, relaxation_time=1e9, exponent=0.3)
+    crust, melt = (
+        partial(maxwell, relaxation_time=1e12),
+        partial(burgers, relaxation_time=1e6, strength=0.5, decay_time=1e5),
+    )
+    laws = [crust, None, melt, *[creep] * 4, *[crust] * 3]
+    moon = YieldingBody(moon.layers, moon.rigidity, moon.bulk_modulus, laws)
+    found = love_numbers(moon, row["degree"], 2 * np.pi / (27.32 * 86400), row["load"])
+    assert found == pytest.approx([complex(*row[name]) for name in "khl"], rel=1e-10)
+
+
+def test_prem_as_published():
+    k, h, l = love_numbers(elastic_prem())  # noqa: E741
+    assert 0.298 < k < 0.302 and 0.60 < h < 0.61 and l == pytest.approx(0.084, abs=5e-4)
+    # an independent code, TidalPy 0.8.1, with straight lines between 60 radii of each layer
+    assert (k, h, l) == pytest.approx((0.29826221, 0.60380808, 0.08401809), rel=3e-6)
+    for degree, row in WANG.items():
+        loaded = love_numbers(elastic_prem(), degree, load=True)
+        assert (loaded.h, loaded.l, loaded.k) == pytest.approx(row, rel=0.013)
+        assert loaded.k == pytest.approx(row[2], rel=4e-3)
+
+
+def test_a_load_and_a_tide_are_reciprocal():
+    for planet in (elastic_prem(), interior("Moon"), interior("Mars")):
+        for degree in (2, 5, 40):
+            tide, load = love_numbers(planet, degree), love_numbers(planet, degree, load=True)
+            assert load.k == pytest.approx(tide.k - tide.h, rel=1e-9)  # k' = k - h: Molodensky 1977, Saito 1978
+
+
+def test_moon_and_mars_as_observed():
+    # Mars at the tides of Phobos and the Sun: Konopliv et al. 2020, GRL 47, e2020GL090568
+    assert love_numbers(interior("Mars")).k == pytest.approx(0.174, abs=0.008)
+    # the Moon at a month, where creep has added some percent: Williams et al. 2014, JGR Planets 119, 1546; the radial
+    # one: Mazarico et al. 2014, GRL 41, 2282, whose error is 0.0033
+    k, h, _ = love_numbers(interior("Moon"))
+    assert 0.95 < k / 0.02405 < 1 and h == pytest.approx(0.0371, abs=2 * 0.0033)
+
+
+def test_fluids_have_the_love_numbers_of_clairauts_equation():
+    earth = prem()
+    count = len(earth.outer_radii)
+    for degree in (2, 4):
+        exact = float(clairaut.love_number(earth, degree))
+        fluid = love_numbers(yielding_body(earth, [0.0] * count, [1e12] * count), degree)
+        assert fluid.k == pytest.approx(exact, rel=1e-9) and fluid.h == pytest.approx(1 + fluid.k) and np.isnan(fluid.l)
+    # a solid that is soft, below an ocean, ends there
+    two = constant_layers([0.8 * RADIUS, RADIUS], [4000.0, 1000.0], G)
+    soft = love_numbers(yielding_body(two, [1e3, 0.0]))
+    assert soft.k == pytest.approx(float(clairaut.love_number(two)), rel=1e-5)
+    assert soft.h == pytest.approx(1 + soft.k, rel=1e-12)
+    assert love_numbers(yielding_body(two, [1e14, 0.0]), load=True).k == pytest.approx(-1)  # a fluid takes no load
+
+
+def test_compression_yields_more_and_thin_layers_change_nothing():
+    stiff, soft = (love_numbers(yielding_body(SPHERE, [6e10], [modulus])).k for modulus in (1e20, 1e11))
+    assert stiff == pytest.approx(homogeneous(2, 6e10)[0], rel=1e-7) and soft > 1.003 * stiff
+    cut = constant_layers(np.array([0.01, 0.3, 0.3, 0.9, 1.0]) * RADIUS, [DENSITY] * 5, G)
+    assert love_numbers(yielding_body(cut, [6e10] * 5, [1e11] * 5)).k == pytest.approx(soft, rel=1e-11)
+
+
+def test_what_is_no_planet_is_refused():
+    for call, message in (
+        (lambda: love_numbers(yielding_body(SPHERE, [1.0]), 1), "from 2 on"),
+        (lambda: love_numbers(yielding_body(SPHERE, [1.0]), 2, 0.0), "above or below 0"),
+        (lambda: yielding_body(SPHERE, [1.0, 2.0]), "of which there are 1"),
+        (lambda: yielding_body(SPHERE, [[1.0, -2.0]]), "rigidity of a layer"),
+        (lambda: seismic_body([1.0], [[1.0]], [[1.0]], [[1.0]]), "bulk modulus"),
+        (lambda: interior("Pluto"), "Mars, Moon"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()

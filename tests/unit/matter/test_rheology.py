@@ -1,0 +1,49 @@
+"""Complex compliances against the creep of the same solids in time, and how much heat they make."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from astroinertia.matter import rheology
+
+
+def transformed(creep, frequency):
+    """i omega times the integral of J(t) exp(-i omega t) over all t, with t = s/(i omega), over s."""
+    parts = [
+        quad(lambda s, f=f: f(creep(s / (1j * frequency)) * np.exp(-s)), 0, 80, epsabs=1e-12)[0]
+        for f in (np.real, np.imag)
+    ]
+    return complex(*parts)
+
+
+@pytest.mark.parametrize("frequency", [0.05, 1.0, 30.0])
+def test_compliances_are_those_of_the_creep_in_time(frequency):
+    for found, creep in (
+        (rheology.maxwell(frequency, 3.0), lambda t: 1 + t / 3.0),
+        (rheology.andrade(frequency, 3.0, 0.3), lambda t: 1 + t / 3.0 + (t / 3.0) ** 0.3),
+        (rheology.andrade(frequency, 3.0, 0.4, 0.5), lambda t: 1 + t / 3.0 + (t / 0.5) ** 0.4),
+    ):
+        assert found == pytest.approx(transformed(creep, frequency), rel=1e-7)
+
+
+def test_a_dashpot_beside_a_spring_delays_it():
+    # its creep 1 - exp(-t/tau), whose integral over all t is (1/(i omega) - 1/(i omega + 1/tau))
+    frequency, late = 0.7, 2.0
+    exact = 1 - 1j * frequency / (1j * frequency + 1 / late)
+    assert rheology.kelvin_voigt(frequency, late) == pytest.approx(exact, rel=1e-15)
+    both = rheology.burgers(frequency, 3.0, 0.5, late)
+    assert both == pytest.approx(1 + 1 / (3j * frequency) + 0.5 * exact, rel=1e-15)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        rheology.andrade(1.0, 1.0, 1.0)
+
+
+def test_heat_is_greatest_at_the_relaxation_time_of_the_whole_body():
+    rates = np.logspace(-2, 2, 4001)
+    heat = rheology.dissipation(0.3, 1.5, rates, 4.0)
+    assert heat.max() == pytest.approx((1.5 - 0.3) / 2, rel=1e-6)  # a Debye peak
+    assert rates[heat.argmax()] == pytest.approx(0.3 / 1.5 / 4.0, rel=2e-3)
+    creeping = rheology.dissipation(0.3, 1.5, rates, 4.0, 0.3)
+    fast = np.polyfit(np.log(rates[-400:]), np.log([heat[-400:], creeping[-400:]]).T, 1)[0]
+    assert (
+        fast[0] == pytest.approx(-1, abs=0.01) and -0.5 < fast[1] < -0.3
+    )  # Andrade's falls as omega^-alpha in the end
