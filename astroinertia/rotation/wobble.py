@@ -178,6 +178,34 @@ def wobble_and_nutation(
     return wobbling, nutation
 
 
+@with_quantities()
+def nutation_ratio(
+    frequency: Array, dynamical_ellipticity: float, spin_rate: float, love_number: complex, secular: float,
+    core_share: float, core_ellipticity: float = CORE_ELLIPTICITY, core_compliance: float = CORE_COMPLIANCE,
+    core_own_compliance: float = CORE_OWN_COMPLIANCE,
+) -> Array:  # fmt: skip
+    """A circular nutation of mantle and fluid core over that of a rigid body, at frequencies in space (rad/s).
+
+    Prograde ones are above 0; 1 for the precession itself, of frequency 0. It is large near the free core nutation of
+    `wobble_and_nutation`, whose equations and arguments it has, forced by a torque on the figure. ValueError as there.
+    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21) and (22). Checked by
+    tests/unit/rotation/test_wobble.py.
+
+    >>> node = 2 * np.pi / (6798.4 * 86400.0)  # of the Moon: 18.6 years
+    >>> ratios = nutation_ratio(np.array([-node, 0.0, node]), 1 / 305.5, 7.292115e-5, 0.297, 0.938, 0.1137)
+    >>> print(ratios.real.round(4))
+    [0.9965 1.     1.0031]
+    """
+    chandler_frequency(dynamical_ellipticity, spin_rate, love_number, secular, 1 - core_share)
+    e = dynamical_ellipticity / (1 - dynamical_ellipticity)
+    in_space = np.asarray(frequency, dtype=float) / spin_rate
+    sigma, kappa, coupled = in_space - 1, e * love_number / secular, core_share * (1 + core_compliance)
+    resonant = 1 + core_ellipticity + (1 + core_own_compliance) * sigma
+    behind = in_space * coupled * sigma / resonant
+    mantle = sigma - e + in_space * kappa - behind * (1 + core_compliance)
+    return (e - in_space * kappa + behind * core_compliance) * (sigma - e) / (e * mantle)
+
+
 @lru_cache(maxsize=1)
 def elastic_love_number() -> float:
     """k2 of PREM at a period of 1 s, without an ocean, referred to the Earth's equatorial radius: about 0.2966.

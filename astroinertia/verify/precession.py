@@ -15,6 +15,7 @@ _MARS_TILT, _MARS_RATE = 25.1893823, 7.6083  # deg; arcsec a year: Konopliv et a
 _MERCURY_ORBIT = (87.9693496, 325513.0, 8.6, 0.2056317)  # d, a of the node, deg, eccentricity: Margot et al. 2012
 _MERCURY_FIGURE, _MERCURY_TILT = (5.031e-5, 0.809e-5), 2.04  # J2, C22; arc minutes: Margot et al. 2012
 _MONTH = 27.321661  # d
+_RIGID_NUTATION = 17.2806, 9.2278  # arc seconds: Souchay et al. 1999
 _ELASTIC = 0.298  # k2: Smith & Dahlen 1981
 _LAGEOS = (12270e3, 0.0045, 109.84)  # m, eccentricity, deg
 _DOUBLE_PULSAR = (0.10225156248, 1.2489, 1.3381, 0.0877775)  # d, Msun, Msun, e: Kramer et al. 2006
@@ -35,6 +36,23 @@ def earth() -> Quantities:
         "geodesic": 100 * float(geodesic) / ARCSECOND_PER_YEAR,
         "nutation_longitude": luni_solar.nutation_longitude / ARCSECOND,
         "nutation_obliquity": luni_solar.nutation_obliquity / ARCSECOND,
+    }
+
+
+def core_nutation() -> Quantities:
+    """The same nutation, REN-2000's of a rigid Earth, of an Earth that yields and whose core is fluid."""
+    planet = body("Earth")
+    ellipticity, spin, j2 = planet.value("dynamical_ellipticity"), planet.angular_velocity, planet.adopted("j2")
+    secular = wobble.secular_love_number(j2.value, planet.gravitational_parameter, j2.radius, spin)
+    turning = np.array([precession.MOON_NODE_RATE, -precession.MOON_NODE_RATE])
+    ratios = wobble.nutation_ratio(
+        turning, ellipticity, spin, wobble.elastic_love_number(), secular, 1 - wobble.mantle_share()
+    )
+    sine, (longitude, obliquity) = np.sin(planet.value("obliquity")), _RIGID_NUTATION
+    backward, forward = ratios * (obliquity + longitude * sine, obliquity - longitude * sine) / 2
+    return {
+        "core_nutation_longitude": float((backward - forward) / sine),
+        "core_nutation_obliquity": float(backward + forward),
     }
 
 
@@ -103,4 +121,4 @@ def _degrees_a_year(period: float, own: float, other: float, eccentricity: float
     return float(np.degrees(rate)) * JULIAN_YEAR
 
 
-COMPUTATIONS = (earth, mars, chandler, spin_states, orbits_and_pulsars)
+COMPUTATIONS = (earth, core_nutation, mars, chandler, spin_states, orbits_and_pulsars)

@@ -76,7 +76,7 @@ def test_prem_as_published():
 
 def test_a_load_and_a_tide_are_reciprocal():
     for planet in (elastic_prem(), interior("Moon"), interior("Mars")):
-        for degree in (2, 5, 40):
+        for degree in (2, 5, 40, 500):
             tide, load = love_numbers(planet, degree), love_numbers(planet, degree, load=True)
             assert load.k == pytest.approx(tide.k - tide.h, rel=1e-9)  # k' = k - h: Molodensky 1977, Saito 1978
 
@@ -103,6 +103,23 @@ def test_fluids_have_the_love_numbers_of_clairauts_equation():
     assert soft.k == pytest.approx(float(clairaut.love_number(two)), rel=1e-5)
     assert soft.h == pytest.approx(1 + soft.k, rel=1e-12)
     assert love_numbers(yielding_body(two, [1e14, 0.0]), load=True).k == pytest.approx(-1)  # a fluid takes no load
+
+
+def test_what_creeps_ends_as_a_fluid():
+    earth = elastic_prem()
+    slow = YieldingBody(earth.layers, earth.rigidity, earth.bulk_modulus, [partial(maxwell, relaxation_time=1e11)] * 12)
+    found = love_numbers(slow, 2, np.array([1e-12, 1e-17])).k
+    assert found[1] == pytest.approx(float(clairaut.love_number(earth.layers)), rel=1e-5)
+    assert -found[0].imag > 0.1  # by the Maxwell time of the whole
+
+
+def test_a_shell_of_ice_on_an_ocean_as_in_an_independent_code():
+    europa = constant_layers([0.45 * 1.5608e6, 1.44e6, 1.54e6, 1.5608e6], [5800.0, 3400.0, 1030.0, 920.0], 6.6743e-11)
+    ice = partial(maxwell, relaxation_time=3e4)
+    moduli = [0.0, 6e10, 0.0, 3.3e9], [1e11, 1e11, 2.2e9, 9e9]
+    found = love_numbers(yielding_body(europa, *moduli, [None, None, None, ice]), 2, 2.05e-5)
+    theirs = 0.2593582245 - 0.0057319045j, 1.2386851560 - 0.0269576100j, 0.3241421228 - 0.0199631477j  # TidalPy 0.8.1
+    assert found == pytest.approx(theirs, rel=1e-8)
 
 
 def test_compression_yields_more_and_thin_layers_change_nothing():

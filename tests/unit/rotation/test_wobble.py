@@ -85,6 +85,24 @@ def test_the_free_core_nutation_of_prem():
     assert wobbling.real < first_order
 
 
+def test_the_nutation_of_the_moons_node_in_a_yielding_earth_with_a_fluid_core():
+    earth, node = body("Earth"), 2 * np.pi / (6798.38 * DAY)
+    ellipticity, spin, tilt = earth.value("dynamical_ellipticity"), earth.angular_velocity, earth.value("obliquity")
+    j2 = earth.adopted("j2")
+    secular = wobble.secular_love_number(j2.value, earth.gravitational_parameter, j2.radius, spin)
+    planet = ellipticity, spin, wobble.elastic_love_number(), secular, 1 - wobble.mantle_share()
+    # rigid: REN-2000, Souchay et al. 1999; as it is: IAU 2000A. A nutation is the sum of two circular ones.
+    longitude, obliquity = 17.2806 * np.sin(tilt), 9.2278
+    ratios = wobble.nutation_ratio(np.array([-node, node, 0.0]), *planet)
+    backward, forward = ratios[:2] * (obliquity + longitude, obliquity - longitude) / 2
+    known = KNOWN["nutation_of_the_node"]["value"]
+    assert (backward - forward) / np.sin(tilt) == pytest.approx(known["longitude"], abs=0.1 * (17.2806 - 17.2064))
+    assert backward + forward == pytest.approx(known["obliquity"], abs=0.1 * (9.2278 - 9.2052))
+    assert ratios[2] == 1
+    free = wobble.wobble_and_nutation(*planet)[1].real + spin
+    assert abs(wobble.nutation_ratio(free * (1 + 1e-6), *planet)) > 1e3  # resonance
+
+
 def test_anelasticity_at_its_reference_and_at_the_chandler_period():
     assert wobble.anelastic_love_number(200.0) == pytest.approx(-5.796e-4j, abs=1e-18)
     year = wobble.anelastic_love_number(365.25 * DAY)
