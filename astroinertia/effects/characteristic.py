@@ -133,11 +133,14 @@ class Characteristic:
     @property
     def falling(self) -> float:
         """The share of the mass that falls to the centre in the run: `fallen`, as far as nothing holds it up."""
-        zone = self.zone
-        if zone is None or zone.weight == 0.0:
-            return 0.0
-        lacking = 1.0 - (zone.pressure + zone.turning) / zone.weight
+        lacking = 0.0 if self.support is None else 1.0 - self.support
         return self.fallen * lacking if lacking > 1e-6 else 0.0
+
+    @property
+    def support(self) -> float | None:
+        """(3 Pi + 2 T)/|W|, of the forces that act: 1 in equilibrium; None where nothing weighs or is known."""
+        zone = self.zone
+        return None if zone is None or zone.weight == 0.0 else (zone.pressure + zone.turning) / zone.weight
 
     @property
     def zone(self) -> Zone | None:

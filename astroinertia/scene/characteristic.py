@@ -151,6 +151,10 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
         turning = turning or (fluid is not None and fluid.kind == "incompressible")
         triple = max(weight - (2.0 * numbers.get("rotational", 0.0) if turning else 0.0), 0.0)
         triple *= (body.pressure_fraction or 1.0) * body.support
+        if getattr(fluid, "constant", None) == FROM_BODY and body.polytropic_index:
+            # One constant, of the centre, holds up matter of another exponent there alone.
+            thin = density / density[0]
+            triple *= float(weights @ thin ** (gamma - 1.0)) / float(weights @ thin ** (1.0 / body.polytropic_index))
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
 
 

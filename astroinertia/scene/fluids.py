@@ -149,7 +149,7 @@ class HybridFluid(Fluid):
 
     kind: Literal["hybrid"]
     gamma_1: Gamma = Field(
-        default=1.31, description="exponent of the cold part below nuclear density (below 4/3 collapses)"
+        default=1.31, description="exponent of the cold part below nuclear density; below 4/3 it stops no fall"
     )
     gamma_2: Gamma = Field(default=2.5, description="exponent of the cold part above nuclear density")
     gamma_thermal: Gamma = Field(default=1.5, description="exponent of the thermal part")

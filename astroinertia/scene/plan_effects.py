@@ -24,6 +24,9 @@ NUMBERS = {
 }
 
 
+IN_BALANCE = 0.01  # to which these estimates can tell
+
+
 def size_descriptions(scene: Scene) -> dict[str, str]:
     """Of each effect of the model, by kind: its size, what leaving it out costs, and whether that is as it should."""
     body, accuracy = characteristic(scene), accuracy_of(scene)
@@ -57,7 +60,7 @@ def number_lines(scene: Scene) -> list[PlanLine]:
         for name, label in NUMBERS.items()
         if (value := getattr(body, name)) is not None
     ]
-    lines += [
+    lines += _support(settled(body, scene.effects)) + [
         (f"tide of {other.name}", f"{tidal_parameter(body, other.mass, other.distance):.3g}", "(M'/M) (R/a)^3")
         for other in _pulling(body)
     ]
@@ -67,6 +70,17 @@ def number_lines(scene: Scene) -> list[PlanLine]:
         lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
     origin = "" if scene.accuracy is not None else "where a scene asks for none"
     return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", origin or f"within {MARGIN:g}")]
+
+
+def _support(body: Characteristic) -> list[PlanLine]:
+    """Whether the forces at the start hold each other, and what the body does where they do not."""
+    if body.support is None or body.held or not body.deforms:
+        return []
+    swells = "it swells at first: too much pressure or rotation; body.pressure_fraction takes pressure away"
+    means = "it falls at first" if body.support < 1.0 else swells
+    if abs(body.support - 1.0) < IN_BALANCE:
+        means = "in balance" if body.gamma > 4.0 / 3.0 - 1e-9 else "in balance, but not stable: gamma is below 4/3"
+    return [("(3 Pi + 2 T)/|W|", f"{body.support:.3g}", means)]
 
 
 def _rotating(scene: Scene, name: str) -> str:

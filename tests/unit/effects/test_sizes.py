@@ -5,7 +5,9 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
@@ -16,6 +18,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import plan
+from astroinertia.scene.plan_effects import number_lines
 
 ROOT = Path(__file__).parents[3]
 SCENES = ROOT / "tests" / "data" / "effects_auto"
@@ -142,6 +145,41 @@ def test_a_perturber_is_nearest_at_its_pericentre_only_if_the_run_gets_there():
     # eccentric anomaly -0.9 at the end: r = a (1 - e cos E) with a = 2
     end = (1.0 - 0.9 + 0.5 * math.sin(0.9)) * 10.0 / (2.0 * math.pi)
     assert nearest_approach(end, orbit) == pytest.approx(2.0 - math.cos(0.9), rel=1e-12)
+
+
+STAR = """
+name = "star"
+body = {kind = "polytrope", index = 3, mass = "1.5 Msun", radius = "1800 km", particles = 200}
+effects = {gravity = {}, pressure = {}, viscosity = {}}
+time.end = "0.2 s"
+"""
+
+
+def supported(gamma: float) -> float:
+    """3 Pi/|W| of an n = 3 polytrope whose centre alone has the K of P = K rho^gamma, by Lane and Emden's equation."""
+    xi = np.linspace(1e-6, 6.89, 4000)
+    path = solve_ivp(
+        lambda x, y: [y[1], -(max(y[0], 0.0) ** 3) - 2.0 * y[1] / x], xi[[0, -1]], [1.0, 0.0], t_eval=xi, rtol=1e-9
+    )
+    theta = np.maximum(path.y[0], 0.0)
+    return np.trapezoid(theta ** (3.0 * gamma) * xi**2, xi) / np.trapezoid(theta**4 * xi**2, xi)
+
+
+@pytest.mark.parametrize(
+    ("matter", "fraction", "gamma", "says"),
+    [
+        ('kind = "hybrid", gamma_1 = 1.28, nuclear_density = "2e14 g/cm3"', 1.0, 1.28, "swells at first"),
+        ('kind = "polytropic", gamma = 1.25', 1.0, 1.25, "swells at first"),
+        ('kind = "polytropic", gamma = 1.25', 0.7, 1.25, "falls at first"),
+        ('kind = "polytropic", gamma = "4/3"', 1.0, 4.0 / 3.0, "in balance"),
+        ('kind = "ideal", gamma = 1.2', 1.0, None, "not stable"),
+    ],
+)
+def test_the_plan_says_whether_a_star_falls_or_swells(matter, fraction, gamma, says):
+    scene = loads(STAR + f"equation_of_state = {{{matter}}}\n", [f"body.pressure_fraction={fraction}"])
+    value, meaning = next(row[1:] for row in number_lines(scene) if row[0] == "(3 Pi + 2 T)/|W|")
+    assert says in meaning
+    assert float(value) == pytest.approx(fraction * (1.0 if gamma is None else supported(gamma)), rel=0.01)
 
 
 def test_a_spinning_earth_has_its_numbers():
