@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
     Function = Callable[[Any], Any]
 
+Settings = Sequence[str] | Mapping[str, Any]
+
 __all__ = ["Scene", "branch", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
@@ -42,19 +44,26 @@ def __getattr__(name: str) -> Any:
     return Scene
 
 
-def load(path: str | PathLike[str], settings: Sequence[str] = ()) -> "Scene":
-    """The scene in a TOML file, with "key.path=value" settings put in; SceneError says what is wrong.
+def __dir__() -> list[str]:
+    return __all__  # what Tab offers
 
-    >>> scene = load('sims/crab_pulsar.toml', ['time.end="10 yr"'])
+
+def load(path: str | PathLike[str], settings: Settings = ()) -> "Scene":
+    """The scene in a TOML file, with settings put in; SceneError says what is wrong.
+
+    settings: {"key.path": value}, or "key.path=value" texts.
+
+    >>> scene = load("sims/crab_pulsar.toml", {"time.end": "10 yr"})
     >>> print(scene.model, list(scene.effects))
     scaling ['gravity', 'pressure', 'dipole_braking']
     """
     from astroinertia.process import requirements
 
     requirements.check()
+    from astroinertia.scene.from_python import settings_of
     from astroinertia.scene.load import load_file
 
-    return load_file(path, settings)
+    return load_file(path, settings_of(settings))
 
 
 def run_scene(
@@ -140,14 +149,14 @@ def resume(
     effects: "Sequence[Effect | type[Effect] | Function]" = (), matter: "Matter | type[Matter] | None" = None,
     observables: "Sequence[Observable | type[Observable]]" = (), body: "Body | type[Body] | None" = None,
     callback: "Callable[[RunState], Any] | None" = None, every: Any = None, progress: bool | None = None,
-    settings: Sequence[str] = (),
+    settings: Settings = (),
 ) -> Path:  # fmt: skip
     """Go on with an interrupted run or sweep; returns its netCDF file.
 
     effects, matter, observables, body: those that the run was given, or their classes; ArchiveError names what is
-    missing. callback, every, progress: as of run_scene, and no part of the run: other ones will do, or none. settings:
-    "key.path=value" texts with which a run goes on, also one that has ended: a later end, other outputs. SceneError
-    names what else there is.
+    missing. callback, every, progress: as of run_scene, and no part of the run: other ones will do, or none. settings,
+    as of load: those with which a run goes on, also one that has ended: a later end, other outputs. SceneError names
+    what else there is.
 
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
@@ -161,9 +170,10 @@ def resume(
     from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
     from astroinertia.run.meter import watched
+    from astroinertia.scene.from_python import settings_of
     from astroinertia.storage.archive import SWEEP
 
-    place = _folder(folder)
+    place, settings = _folder(folder), settings_of(settings)
     if (place / SWEEP).exists():
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
@@ -186,7 +196,7 @@ def resume(
 
 
 def branch(
-    run: str | PathLike[str], folder: str | PathLike[str], at: Any = None, settings: Sequence[str] = (),
+    run: str | PathLike[str], folder: str | PathLike[str], at: Any = None, settings: Settings = (),
     listener: "Listener | None" = None, effects: "Sequence[Effect | type[Effect] | Function]" = (),
     matter: "Matter | type[Matter] | None" = None, observables: "Sequence[Observable | type[Observable]]" = (),
     body: "Body | type[Body] | None" = None, callback: "Callable[[RunState], Any] | None" = None, every: Any = None,
@@ -195,15 +205,15 @@ def branch(
     """Start a run from a state of another one in a new folder, with settings changed; returns its netCDF file.
 
     at: when it begins: text with a unit, a quantity, or a number in SI, in code units where the scene is; without it,
-    at the last state that the run has. settings: "key.path=value" texts. effects, observables: new ones, and those that
-    the run was given, as matter and body. callback, every, progress: as of run_scene. `history` and `branched_from` of
-    the dataset say where it comes from. SceneError says what cannot be changed.
+    at the last state that the run has. settings: as of load. effects, observables: new ones, and those that the run was
+    given, as matter and body. callback, every, progress: as of run_scene. `history` and `branched_from` of the dataset
+    say where it comes from. SceneError says what cannot be changed.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ds = open(branch("runs/star", folder + "/branch", "12 min", ["time.end='15 min'"]))
+    ...     ds = open(branch("runs/star", folder + "/branch", "12 min", {"time.end": "15 min"}))
     >>> print(ds.attrs["history"].split(" and ")[-1])
-    on from there, with time.end='15 min'
+    on from there, with time.end="15 min"
     """
     from astroinertia.process import kept_programs, requirements
 
@@ -215,8 +225,9 @@ def branch(
     from astroinertia.observables.own import with_observables
     from astroinertia.run.branch import branch as start
     from astroinertia.run.meter import watched
+    from astroinertia.scene.from_python import settings_of
 
-    source, place = _folder(run), _folder(folder)
+    source, place, settings = _folder(run), _folder(folder), settings_of(settings)
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
     with watched(progress, listener) as meter:
         hears = _both(listener, meter)

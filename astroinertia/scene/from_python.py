@@ -16,7 +16,7 @@ from astroinertia.scene.auto import AUTO
 from astroinertia.scene.dimensional import described
 from astroinertia.scene.problems import Path, Problem, place
 from astroinertia.scene.source import DEEPEST, LARGEST_FILE
-from astroinertia.scene.text import toml_text
+from astroinertia.scene.text import toml_text, toml_value
 from astroinertia.units import shown, with_unit, written_quantity
 
 NAME = "scene"  # of one that has none: it names the file of its run
@@ -41,6 +41,20 @@ def text_of(tables: Any) -> tuple[str, list[Any]]:
         return toml_text(_table(tables, ())) + "\n", own
     except Problem as problem:
         raise SceneError(f"the scene: {place(problem.path, problem.table)}{problem.message}") from None
+
+
+def settings_of(settings: Any) -> list[str]:
+    """Texts "key.path=value", of a dict of keys and values, of such a text or of several; SceneError names the key."""
+    if isinstance(settings, str):
+        return [settings]
+    if isinstance(settings, list | tuple):
+        return list(settings)
+    if not isinstance(settings, Mapping):
+        raise SceneError(f"settings must be a dict or a list of texts, not {kind_of(settings)}.")
+    try:
+        return [f"{key}={toml_value(_plain(value, tuple(str(key).split('.'))))}" for key, value in settings.items()]
+    except Problem as problem:
+        raise SceneError(f"settings: {place(problem.path, problem.table)}{problem.message}") from None
 
 
 def _apart(tables: Mapping[Any, Any]) -> tuple[dict[Any, Any], list[Any]]:

@@ -221,7 +221,11 @@ def _validated(
         what = what or "observables that are installed, none"
         raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
     if SWEEP in tables:
-        raise Problem((SWEEP,), " makes several runs of a scene, which only `run` and `plan` take.", table=True)
+        raise Problem(
+            (SWEEP,),
+            " makes several runs of a scene: `run` and `plan` take its file, and run_scene a dict of its tables.",
+            table=True,
+        )
     for key in tables:
         if key not in KEYS:
             raise unknown_key((key,), [*KEYS, SWEEP])

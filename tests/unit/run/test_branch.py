@@ -133,7 +133,7 @@ def test_an_ellipsoid_branches_and_goes_on_bit_for_bit(tmp_path) -> None:
     assert branch.inertia_tensor.values[-1] == pytest.approx(whole.inertia_tensor.values[-1], rel=1e-9, abs=1e-9)
     assert float(abs(branch.ledger_closure).max()) < 1e-10
     assert float(abs(branch.integration_energy_error).max()) < 1e-10
-    longer = opened(astroinertia.resume(tmp_path / "branch", settings=["time.end=4.0"]))
+    longer = opened(astroinertia.resume(tmp_path / "branch", settings={"time.end": 4.0}))
     direct = opened(astroinertia.branch(tmp_path / "run", tmp_path / "direct", 1.2, ["time.end=4.0"]))
     assert longer.equals(direct)
     with pytest.raises(SceneError, match=r"pressure.*listed by a run and its branch, or by neither"):

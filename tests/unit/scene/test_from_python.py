@@ -238,6 +238,30 @@ def test_a_dict_may_have_a_sweep(tmp_path: Path) -> None:
     assert sorted(ds.mass.isel(time=0).values / constants.M_sun.value) == pytest.approx([1.0, 2.0])
 
 
+def test_settings_may_be_a_dict() -> None:
+    written = ['time.end="10.0 yr"', "effects={gravity = {}, pressure = {}}"]
+    settings = {"time.end": 10.0 * u.yr, "effects": {"gravity": {}, "pressure": {}}}
+    assert astroinertia.load("sims/crab_pulsar.toml", settings) == astroinertia.load("sims/crab_pulsar.toml", written)
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"time.end": object()}, r"settings: \[time\] end: must be text, a number, a quantity"),
+        ({"time.end": 3 * u.km}, r"^--set time\.end=\"3\.0 km\": \[time\] end: '3\.0 km' is not a time"),
+        (3.0, r"settings must be a dict or a list of texts, not 3\.$"),
+    ],
+)
+def test_wrong_settings_are_refused_by_their_key(settings: Any, sentence: str) -> None:
+    with pytest.raises(SceneError, match=sentence):
+        astroinertia.load("sims/crab_pulsar.toml", settings)
+
+
+def test_tab_offers_what_the_package_has() -> None:
+    assert {"Scene", "run_scene", "open"} <= set(dir(astroinertia))
+    assert "Mapping" not in dir(astroinertia)
+
+
 def test_effects_and_bodies_of_ones_own_stand_in_the_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(EXAMPLE)
     for module in ("cubic_drag", "torus", "logotrope", "quadrupole_phase"):

@@ -171,7 +171,10 @@ def test_an_override_of_what_varies_is_refused():
 def test_a_scene_of_one_run_is_no_sweep_and_a_sweep_no_scene():
     one = BASE.replace("[sweep]\n{sweep}\n", "")
     assert sweep.loads(one) is None
-    with pytest.raises(SceneError, match=r"\[sweep\] makes several runs of a scene, which only `run` and `plan` take"):
+    with pytest.raises(
+        SceneError,
+        match=r"\[sweep\] makes several runs of a scene: `run` and `plan` take its file, and run_scene a dict",
+    ):
         load.loads(BASE.replace("{sweep}", MASSES))
     with pytest.raises(SceneError, match="did you mean 'sweep'"):
         load.loads(one + "[sweeps]\n")
