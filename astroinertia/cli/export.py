@@ -13,12 +13,12 @@ formats:
   csv      the headline series, one column a number with its unit; with --snapshot the particles, as a particle table
   zarr     everything, in chunks, for object stores and xarray.open_datatree; needs the extra astroinertia[zarr]
 
-Numbers are those of the dataset, in SI and float64, bit for bit; files of dimensionless runs say that they are so.
+Numbers are those of the dataset, float64, in SI; those of GADGET's files are in its default units, kpc, 10^10 solar
+masses and km/s, which its readers take for granted. Files of dimensionless runs are in code units, and say so.
 Particles stay about the origin: where a SWIFT file is to start a run of SWIFT, InitialConditions:shift moves them.
 Sinks and companions are in the headline series, not in snapshots. GADGET's and SWIFT's smoothing lengths follow their
 definitions; the h of this package stands beside them as KernelScale(s). What is there already is never overwritten.
-yt needs the units of GADGET files: yt.load(file, unit_base={"UnitLength_in_cm": 100, "UnitMass_in_g": 1000,
-"UnitVelocity_in_cm_per_s": 100}); pynbody takes their time from cosmology, so prefer swift where the time matters.
+yt and pynbody open GADGET's files, and pynbody and swiftsimio SWIFT's, with units and time and without arguments.
 
 GADGET and SWIFT snapshots, these and others', are read as particle tables: by `astroinertia moments`, and by a scene's
 body of kind "table".

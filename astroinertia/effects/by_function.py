@@ -134,7 +134,9 @@ def _on_host(effect: Any, state: type, shape: tuple[int, ...], returns: str, *ar
                 values = quantity.to_value("" if code else si_unit(returns))
             values = np.asarray(values)
     except Exception as error:  # whatever a function of the user's own does
-        raise SceneError(f"{where} failed ({type(error).__name__}: {shown(str(error), 200)}).") from error
+        why = f"{type(error).__name__}: {shown(str(error), 200)}"
+        plain = f"; its state has plain numbers in {'code units' if code else 'SI'}" if "Unit" in why else ""
+        raise SceneError(f"{where} failed ({why}){plain}.") from error
     if values.dtype.kind not in "fiu":
         raise SceneError(f"{where} gave no real numbers, but {values.dtype.name}.")
     if values.shape != shape:

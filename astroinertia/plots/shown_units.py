@@ -10,7 +10,7 @@ from astroinertia.units import readable
 
 LARGEST_PLAIN, SMALLEST_PLAIN = 1e4, 1e-2  # between which numbers are written out
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J|N)(-?\d)\b|\^(-?\d+)")
+_POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J(?=-)|N)(-?\d)\b|\^(-?\d+)")  # J2 is no power of joules
 
 
 def unit_of(variable: xr.DataArray) -> str:

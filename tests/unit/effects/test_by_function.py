@@ -195,7 +195,7 @@ WRONG = [
     (failing, r"at time .* failed \(RuntimeError: no wind\?today\)\.$"),
     (lambda zero: "much", r"gave no real numbers, but str"),
     (lambda zero: None, r"gave no real numbers, but object"),
-    (lambda zero: zero * u.kg, r"failed \(UnitConversionError: "),
+    (lambda zero: zero * u.kg, r"failed \(UnitConversionError: .*\); its state has plain numbers in code units\.$"),
 ]  # fmt: skip
 
 
@@ -203,6 +203,7 @@ CASES = [
     *((SCENE, [], *wrong) for wrong in WRONG),
     pytest.param(SCENE, ['numerics.engine="xla"'], *WRONG[2], marks=pytest.mark.slow),
     (RIGID, ["output.series_every='0.1 s'"], *WRONG[2]),
+    (RIGID, ["output.series_every='0.1 s'"], lambda zero: zero + 3.0 * u.km, r"; its state has plain numbers in SI\.$"),
 ]
 
 

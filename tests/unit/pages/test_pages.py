@@ -155,6 +155,7 @@ def test_a_view_shows_what_strangers_wrote_and_runs_one_script(series, tmp_path)
 
 def test_powers_of_units_are_raised():
     assert style.raised("moment (10^41 kg m2)") == "moment (10⁴¹ kg m²)"
+    assert style.raised("J2 (10^-3), J kg-1, 2 J-1") == "J2 (10⁻³), J kg⁻¹, 2 J⁻¹"
     assert (
         style.raised("mean angular velocity (rad s-1), 1/R^2, m 2, sum2")
         == "mean angular velocity (rad s⁻¹), 1/R², m 2, sum2"
