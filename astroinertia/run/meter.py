@@ -18,8 +18,8 @@ from astroinertia.process.activity import current
 if TYPE_CHECKING:
     from astroinertia.run.loop import Listener, Progress
 
-SECONDS_BETWEEN_LINES = 10.0  # where the output is no terminal
-LONGEST_SILENCE = 8.0  # seconds; then a line says that work goes on
+SECONDS_BETWEEN_LINES = 6.0  # where the output is no terminal
+LONGEST_SILENCE = 8.0  # seconds, longer than that: then a line says that work goes on
 PREPARING = "preparing the body: placing and settling it"
 
 
@@ -82,6 +82,7 @@ class Meter:
         self.bar: Any = None  # a rich Progress with one task, on a terminal
         self.cell: Cell | None = None  # in a notebook
         self.last_line = float("-inf")
+        self.share = 0.0
         self.part = ""
 
     def __enter__(self) -> "Meter":
@@ -112,9 +113,10 @@ class Meter:
             self.cell.show(share, words)
         elif self.bar is not None:
             self.bar.update(self.bar.task_ids[0], completed=share, description=words)
-        elif line and not (share < 1.0 and seconds - self.last_line < SECONDS_BETWEEN_LINES):
+        elif line and (share == 1.0 > self.share or not seconds - self.last_line < SECONDS_BETWEEN_LINES):
             self.last_line = seconds
             self.voice.say(line)
+        self.share = share
 
     def tell(self, progress: "Progress") -> None:
         """Show how far a run is."""
@@ -133,7 +135,7 @@ class Meter:
         figures = "  ".join([*([progress.part] if progress.part else []), f"step {progress.step}", *parts])
         if progress.part != self.part:  # another run, whose time begins again
             self.part, self.last_line = progress.part, float("-inf")
-        share = min(1.0, progress.time / progress.end)
+        share = 1.0 if math.isclose(progress.time, progress.end) else min(1.0, progress.time / progress.end)
         words = (f"{progress.to_go:.0f} s to go  " if math.isfinite(progress.to_go) else "") + figures
         self.show(share, words, f"{100.0 * share:5.1f}%  {progress.wall_time:7.1f} s  {words}", progress.wall_time)
         self.voice.begin(f"after step {progress.step}")

@@ -40,6 +40,7 @@ def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
     return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
 
+BEFORE_CHOICE = 1000  # particles of a scene whose number is to be chosen, until it is
 KINDS = {
     "body": bodies.KINDS,
     "bodies": bodies.KINDS,
@@ -99,7 +100,7 @@ def loads(
     tables = override(parse(text, name), overrides)
     overrides = (*overrides, *_listing(tables, effects, kinds, observed))
     tables = override(tables, overrides)
-    overrides = (*overrides, *_units_of_file(tables, origin))
+    overrides = (*overrides, *_units_of_file(tables, origin), *_particles_to_choose(tables))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
@@ -181,6 +182,16 @@ def _units_of_file(tables: dict[str, Any], origin: str | None) -> list[str]:
 
     own = file_units(Path(origin or ".") / file)
     return [] if own is None or own.all_one else [f'units={{mass="{own.mass!r} kg", length="{own.length!r} m"}}']
+
+
+def _particles_to_choose(tables: dict[str, Any]) -> list[str]:
+    """An override that gives a body particles, whose number is chosen for the accuracy asked for before the run."""
+    body = tables.get("body")
+    chosen = "accuracy" in tables and tables.get("settings", "chosen") == "chosen"
+    if not chosen or tables.get("model", "sph") != "sph" or not isinstance(body, dict) or "particles" in body:
+        return []
+    made = bodies.KINDS.get(str(body.get("kind")))
+    return [f"body.particles={BEFORE_CHOICE}"] if made is not None and "particles" in made.model_fields else []
 
 
 def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, Any]:

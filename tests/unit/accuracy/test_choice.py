@@ -95,6 +95,15 @@ def test_particles_have_the_accuracy_and_not_much_more(runs, tmp_path, accuracy)
     assert max(scene.body.particles for scene in formula.runs) <= max(found.scene.body.particles, 1000)
 
 
+def test_the_number_of_particles_need_not_be_written(runs, tmp_path):
+    runs(Formula())
+    text = re.sub(r"^particles = .*\n", "", TOY_STAR, flags=re.MULTILINE)
+    chosen = choice.choose(load.loads(text, ("time.end=3.0", "accuracy=3e-3", "model='sph'")), tmp_path / "without")
+    assert chosen.scene.body == choice.choose(particles(3e-3, "model='sph'"), tmp_path / "with").scene.body
+    with pytest.raises(SceneError, match="particles is missing"):
+        load.loads(text, ("accuracy=3e-3", "settings='given'"))
+
+
 def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     formula = runs(Formula())
     found = choice.choose(particles(3e-3, "model='sph'"), tmp_path)

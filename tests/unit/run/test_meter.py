@@ -46,3 +46,14 @@ def test_a_line_where_there_is_no_terminal_says_what_compiles(monkeypatch):
         meter.voice.ended.wait(0.5)
     activity.end("compiling density pass")
     assert "compiling density pass" in text.getvalue()
+
+
+def test_lines_come_more_often_than_words_that_work_goes_on_and_the_last_one_once():
+    assert meters.SECONDS_BETWEEN_LINES < meters.LONGEST_SILENCE
+    text = io.StringIO()
+    with Meter(Console(file=text, width=200)) as meter:
+        for part in ("", "companion run 1 of 1"):
+            for share, seconds in ((0.0, 0.0), (0.5, 1.0), (0.8, 7.0), (0.9999999999999, 8.0), (1.0, 8.1)):
+                meter.tell(loop.Progress(3.0 * share, 3.0, 10, seconds, 1e-4, 1e-15, 1e3, part=part))
+    shown = [line.split()[0] for line in text.getvalue().splitlines()]
+    assert shown == 2 * ["0.0%", "80.0%", "100.0%"]
