@@ -163,6 +163,7 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
 
     quantities: mean_moment_ratio, of that radius, core_density, mantle_density, crust_thickness, crust_density, ...
     in SI, each with name_uncertainty beside it where it has one; densities and crust count as assumed.
+    studies.core_inversion has its core.
 
     >>> planet = own_body("mine", 6e24, 6.4e6, mean_moment_ratio=0.33, mean_moment_ratio_uncertainty=0.001)
     >>> print(planet.moment_ratio().value, planet.has("core_density"))

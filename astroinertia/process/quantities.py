@@ -19,7 +19,7 @@ _NAMES = {
     "length": "radius radii mean_radius equatorial_radius outer_radii outer_radius inner_radius base_radius top_radius "
     "ring_radius tube_radius core_radius radius_before radius_after remnant_radius radius_at_rest diameter height "
     "width length semi_major_axis semi_major_axes semi_axes semi_axis_x semi_axis_y distance position positions "
-    "vertices points origin offset edge wall planes softening",
+    "vertices points origin offset edge wall planes softening crust_thickness",
     "density": "density densities mean_density mantle_density core_density outer_density shell_density crust_density "
     "inner_densities outer_densities",
     "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
@@ -126,7 +126,8 @@ class _Arguments:
             return value if all(one is other for one, other in zip(numbers, value, strict=True)) else numbers
         if not _may_have_unit(value) or isinstance(value, Mapping | list | tuple):
             return value
-        dimension = DIMENSIONS.get(name) or (units.Dimension(*EXPONENTS[name]) if name in EXPONENTS else None)
+        of = name.removesuffix("_uncertainty")
+        dimension = DIMENSIONS.get(of) or (units.Dimension(*EXPONENTS[of]) if of in EXPONENTS else None)
         if isinstance(value, str):
             if name in self.texts or name in self.in_units or dimension is None or _is_number(value):
                 return value

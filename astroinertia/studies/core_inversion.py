@@ -83,15 +83,17 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     )
     core_radius = layers.core_radius_ratio * radius
     good = np.isfinite(core_radius)
+    deviations = {layer: _deviation(getattr(layers, layer)) for layer in _ASSUMABLE}
+    deviations[name] = float(np.nan_to_num(density.uncertainty))
     low, high = np.quantile(core_radius[good], [0.16, 0.84]) if good.any() else (np.nan, np.nan)
     return CoreInversion(
         core_radius=float(central.core_radius_ratio * one.mean_radius),
         core_radius_low=float(low),
         core_radius_high=float(high),
         core_density=float(central.core_density),
-        core_density_deviation=_deviation(layers.core_density),
+        core_density_deviation=deviations["core_density"],
         mantle_density=float(central.mantle_density),
-        mantle_density_deviation=_deviation(layers.mantle_density),
+        mantle_density_deviation=deviations["mantle_density"],
         possible_share=float(good.mean()),
         assumed=_layer_text(name, density) + ("" if crust is None else "; " + _crust_text(*crust)),
         layers=central,
@@ -133,9 +135,13 @@ def _deviation(values: np.ndarray) -> float:
 
 
 def _layer_text(name: str, density: Published) -> str:
-    error = f"({density.uncertainty:.0f})" if np.isfinite(density.uncertainty) else ""
-    return f"{name.replace('_', ' ')} {density.value:.0f}{error} kg/m3"
+    return f"{name.replace('_', ' ')} {_with_error(density)} kg/m3"
 
 
 def _crust_text(thickness: Published, density: Published) -> str:
-    return f"crust {thickness.value / 1e3:.0f}({thickness.uncertainty / 1e3:.0f}) km of {density.value:.0f} kg/m3"
+    return f"crust {_with_error(thickness, 1e3)} km of {_with_error(density)} kg/m3"
+
+
+def _with_error(number: Published, unit: float = 1.0) -> str:
+    error = f"({number.uncertainty / unit:.0f})" if np.isfinite(number.uncertainty) else ""
+    return f"{number.value / unit:.0f}{error}"

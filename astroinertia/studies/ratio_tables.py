@@ -225,8 +225,8 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
 def _compressed_lines(one: SolarSystemBody) -> list[str]:
     from astroinertia.studies.compressed_core import compressed_core
 
-    core = compressed_core(one)
-    matter = " and of ".join(matter_as_dense(density)[0] for density in (core.core_density, core.mantle_density))
+    core, uniform = compressed_core(one), core_inversion(one)
+    matter = " and of ".join(matter_as_dense(density)[0] for density in (uniform.core_density, uniform.mantle_density))
     return [
         f"the same with layers compressed by their weight, bulk moduli of {matter}",
         f"  core radius          {core.core_radius / 1e3:.0f} +- {core.core_radius_deviation / 1e3:.0f} km",

@@ -99,7 +99,10 @@ def test_a_planet_of_ones_own_has_a_core_with_both_its_errors(elsewhere, capsys)
         assert float(written["core_radius_model_error"][0]) == pytest.approx(-321e3, abs=1e3)
     crust = ["--crust-thickness", "30", "--crust-density", "2800"]
     assert main(["ratios", *earth, *crust]) == 0
-    assert "three uniform layers with the stated ratio" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "three uniform layers with the stated ratio" in printed
+    assert "; crust 30 km of 2800 kg/m3" in printed and "nan" not in printed
+    assert "core density         10990 +- 100 kg/m3" in printed  # as assumed, and not as so many draws have it
 
 
 def test_a_planet_of_ones_own_may_state_layers_instead(capsys):

@@ -351,7 +351,11 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
 @pytest.mark.parametrize(
     ("name", "mark", "least"),
     [
-        *(("README.md", "astroinertia.bodies", 4), ("moment-ratios.md", "apsidal", 9)),
+        *(
+            ("README.md", "astroinertia.bodies", 4),
+            ("moment-ratios.md", "apsidal", 9),
+            ("moment-ratios.md", "own_body", 2),
+        ),
         *(("inertia-toolbox.md", "shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
     ],
 )

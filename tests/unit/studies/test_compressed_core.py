@@ -74,6 +74,14 @@ def test_matter_that_is_too_soft_for_any_core_is_refused():
         compressed_core(MARS, 0, *soft)
 
 
+def test_what_the_layers_are_taken_for_is_what_is_printed(capsys):
+    planet = ["--mass", "3.22497e24 kg", "--radius", "5102.48 km", "--moment-ratio", "0.34", "--core-density", "9500"]
+    assert main(["ratios", *planet, "--crust-thickness", "60", "--crust-density", "2900", "--compressed"]) == 0
+    printed = capsys.readouterr().out
+    assert "mantle density       4360" in printed and "mantle density       4647" in printed  # below and above 4500
+    assert "bulk moduli of liquid iron and of forsterite" in printed
+
+
 def test_the_command_shows_it_when_asked(capsys):
     assert main(["ratios", "--body", "Mars", "--compressed"]) == 0
     assert "core radius          1917 +- 66 km" in capsys.readouterr().out
