@@ -70,7 +70,7 @@ def chandler_figure(dataset: xr.Dataset) -> Figure:
             axes.annotate(
                 label, (k, end - by / 2 if wide else max(end, end - by)), xytext=(0, 0 if wide else 4), ha="center",
                 textcoords="offset points", va="center" if wide else "bottom", color="white" if wide else style.INK,
-                fontsize=10,
+                fontsize=10, bbox=None if wide else {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
             )  # fmt: skip
         observed = float(dataset["observed_period"]) / _DAY
         whole = float(dataset["period_of_all"]) / _DAY
