@@ -93,6 +93,11 @@ class Characteristic:
         return None if self.dynamical_time is None else self.end / self.dynamical_time
 
     @property
+    def turns(self) -> float | None:
+        """The run in turns of the body."""
+        return self.end * self.spin / (2.0 * math.pi) if self.spin else None
+
+    @property
     def free_fall_time(self) -> float | None:
         """(3 pi/(32 G rho))^(1/2) of the mean density of the sphere of this radius."""
         return None if self.dynamical_time is None else math.pi / math.sqrt(8.0) * self.dynamical_time

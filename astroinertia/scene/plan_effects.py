@@ -16,6 +16,7 @@ PlanLine = tuple[str, str, str]
 
 NUMBERS = {
     "run_length": "run in dynamical times",
+    "turns": "run in turns",
     "thermal_to_gravitational": "U/|W|",
     "rotational_to_gravitational": "T/|W|",
     "mach_number": "Mach number of the expansion",
@@ -86,7 +87,7 @@ def _support(body: Characteristic) -> list[PlanLine]:
 def _rotating(scene: Scene, name: str) -> str:
     """Of which body a measure of the rotation is, where that is not the body of the start."""
     body: Any = scene.body
-    if name not in ("rotational_to_gravitational", "rotation_over_break_up") or body.spin is None:
+    if name not in ("turns", "rotational_to_gravitational", "rotation_over_break_up") or body.spin is None:
         return ""
     if body.spin is body:
         return "" if body.quickly_known else "estimate: as a Maclaurin spheroid's"

@@ -48,6 +48,10 @@ def test_sun_and_moon_precess_the_earth_by_fifty_arc_seconds_a_year():
     assert sum(turns.values()) / ARCSECOND == pytest.approx(50.3, rel=0.1)
 
 
+def test_the_earth_turns_366_times_a_year():
+    assert earth(YEAR).turns == pytest.approx(366.24, rel=1e-4)
+
+
 def test_the_moon_brakes_the_earth_by_two_milliseconds_a_day_in_a_century():
     body = earth(100.0 * YEAR)
     options = {"love_number": 0.3, "radius": 6378136.6, "quality": 12.0, "time_lag": None, "relaxation_time": None}
