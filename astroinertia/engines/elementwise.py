@@ -33,19 +33,16 @@ CALLS = NAMESPACE_CALLS | {name: name for name in ("exp", "log", "power")}
 CALLS |= {"floor": "np.floor", "int64": "np.int64", "take": "table_entry"}
 
 HEADER = """
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-
-
-class Apart(CompilerBase):
+class Apart(EntryCompiler):
     # The arrays of a loop do not overlap: without that knowledge loops over many arrays are not vectorised.
     def define_pipelines(self):
         self.state.flags.noalias = True
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        return super().define_pipelines()
 
 
 real = np.float64
 PAIR_FLAGS = {'contract', 'nsz'}
-LOOP = {"pipeline_class": Apart, **ENTRY}
+LOOP = {**ENTRY, "pipeline_class": Apart}
 
 
 @njit(forceinline=True, error_model="numpy", **INNER)

@@ -8,10 +8,12 @@ smallest normal number are 0.
 import numpy as np
 from numba import njit
 
+from astroinertia.engines.numba_compiler import PartCompiler
+
 # Copied into generated modules from here on.
 ELEMENTARY = {
     "forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"},
-    "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler,
 }  # fmt: skip
 # Added to a number below 2^51 and taken away again, it leaves the nearest whole number, whose bits are the last ones.
 ROUNDING = 6755399441055744.0

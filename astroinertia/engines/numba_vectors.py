@@ -15,7 +15,7 @@ from numba import config, njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from astroinertia.engines.numba_compiler import PartCompiler
+from astroinertia.engines.numba_compiler import EntryCompiler, PartCompiler
 from astroinertia.engines.processor import vector_bits
 
 # Boxes are pruned only where they are certainly out of reach, whatever the rounding of pair distances in float32.
@@ -24,7 +24,9 @@ SLACK = 1.0 + 2e-5
 # entry from C: all are long to compile.
 INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
 PART: dict[str, Any] = {"error_model": "numpy", "nogil": True, **INNER}
-ENTRY: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+ENTRY: dict[str, Any] = {
+    "cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "pipeline_class": EntryCompiler,
+}  # fmt: skip
 # Arrays are filled up to whole vectors of float32 on the widest machines, and hold one more vector for loose ends.
 LANES = 16
 # Bits of the vectors that the processor closes up; 0 where it cannot.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from astroinertia.engines.numba_vectors import ENTRY, LANES, take
+from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
@@ -102,7 +102,7 @@ def largest(leaves: Leaves, values: np.ndarray) -> np.ndarray:
     return fit(leaves, np.zeros((len(values), 3)), values).rows[6, : 2 * leaves.count].copy()
 
 
-@njit(cache=True)
+@njit(**PART)
 def _select(key, item, middle):
     # Hoare's selection: afterwards key[:middle] <= key[middle:]. NaN compares false, which stops both scans.
     left, right = 0, len(key) - 1
@@ -128,7 +128,7 @@ def _select(key, item, middle):
             return
 
 
-@njit(cache=True)
+@njit(**PART)
 def _split_node(position, order, first, middle, last):
     axis, longest = 0, -1.0
     for a in range(3):
@@ -145,7 +145,7 @@ def _split_node(position, order, first, middle, last):
     _select(key, order[first:last], middle - first)
 
 
-@njit(cache=True, nogil=True)
+@njit(**ENTRY)
 def _split_levels(position, order, root, top, depth):
     # All splits below one node of level `top`, down to the leaves' level `depth`.
     particles = len(order)
@@ -158,7 +158,7 @@ def _split_levels(position, order, root, top, depth):
             _split_node(position, order, first, middle, last)
 
 
-@njit(cache=True, nogil=True)
+@njit(**ENTRY)
 def _split_subtrees(counter, position, order, top, depth):
     while True:
         root = take(counter)
@@ -167,7 +167,7 @@ def _split_subtrees(counter, position, order, top, depth):
         _split_levels(position, order, root, top, depth)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**PART)
 def _fit_leaf(position, values, columns, first, last, node, rows):
     for a in range(4):
         column = columns[a]
@@ -194,7 +194,7 @@ def _fit_leaves(counter, start, position, values, columns, rows):
             _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, rows)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**ENTRY)
 def _fit_upward(count, rows):
     for a in range(7):
         row = rows[a]
