@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
+from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, lists_pass, neighbour_pass
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
@@ -206,9 +207,10 @@ class Engine:
             return {}
         if interval is not None:
             fields = {**fields, **dict(zip(INTERVALS, interval, strict=True))}
-        made = neighbour_pass(kernel, tuple(terms), self.precision, virial, interval is not None)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
+        virials = virial or (interval is None and _in_one_program(terms, len(mass)))
+        made = neighbour_pass(kernel, tuple(terms), self.precision, virials, interval is not None)
         chosen = _targets(arrangement, targets)
         lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
         workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
@@ -217,12 +219,12 @@ class Engine:
         table = _table(arrangement, len(mass) if packed else 0, made.width)
         if packed:
             share_out(made.pack, workers, *inputs, table)
-        results, arrays = _results(np.empty, terms, virial, len(chosen.indices), leaves.count, interval is not None)
+        results, arrays = _results(np.empty, terms, virials, len(chosen.indices), leaves.count, interval is not None)
         share_out(
             made.sums, workers, *inputs, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
             lists.pool, *arrays,
         )  # fmt: skip
-        return _finished(results)
+        return _finished(results, virial)
 
     def all_pair_sums(
         self, arrangement: Arrangement, kernel: str, terms: Sequence[PairTerm], fields: dict, virial: bool = False
@@ -230,20 +232,21 @@ class Engine:
         """Sums over all pairs; pairs beyond both supports go through the terms' far forms."""
         if not terms:
             return {}
-        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virial)
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
+        virials = virial or _in_one_program(terms, len(mass))
+        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
         support = float(KERNELS[kernel].support)
         targets = leaves.count  # as many nodes of the tree, each with its targets
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
-        results, arrays = _results(np.zeros, terms, virial, len(mass), targets)
+        results, arrays = _results(np.zeros, terms, virials, len(mass), targets)
         share_out(
             function, self.workers, *nodes.columns, mass, support, support if distant else np.inf, nodes.rows,
             arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
-        return _finished(results)
+        return _finished(results, virial)
 
     def _held_lists(
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, h: np.ndarray, margin: float
@@ -353,15 +356,20 @@ def _results(
     return results, arrays
 
 
-def _finished(results: dict[str, dict[str, np.ndarray]]) -> dict[str, dict[str, np.ndarray]]:
+def _finished(results: dict[str, dict[str, np.ndarray]], virial: bool) -> dict[str, dict[str, np.ndarray]]:
     # Leaves are added up in their order, whichever thread did them.
     for outputs in results.values():
-        if "virial" in outputs:
-            tensor = np.empty((3, 3))
-            for (a, b), total in zip(VIRIAL_AXES, outputs["virial"].sum(axis=0), strict=True):
+        by_leaf = outputs.pop("virial", None)
+        if virial and by_leaf is not None:
+            outputs["virial"] = tensor = np.empty((3, 3))
+            for (a, b), total in zip(VIRIAL_AXES, by_leaf.sum(axis=0), strict=True):
                 tensor[a, b] = tensor[b, a] = total
-            outputs["virial"] = tensor
     return results
+
+
+def _in_one_program(terms: Sequence[PairTerm], count: int) -> bool:
+    # Steps ask for no virial tensors and records do: for few particles one program, which makes them, serves both.
+    return count <= FEW and bool(virial_effects(terms))
 
 
 def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray, threads: int) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.engines import numba_cache
+from astroinertia.engines import numba_cache, numba_cpu
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -174,6 +174,35 @@ def test_all_pairs_without_a_far_form_and_of_other_kinds(reference):
     found = Engine().all_pair_sums(arrangement, KERNEL, (UNLIMITED, LONE), fields)
     expected = pairs.pair_sums((UNLIMITED, LONE), fields, KERNEL, all_pairs=True, scale=True)
     assert largest_error(found, expected) < 1e-13
+
+
+def test_steps_and_records_of_few_particles_share_a_program(reference, monkeypatch):
+    """Of many each has its own: virial tensors take time that steps have no use for."""
+    arrangement, _, fields = reference
+    asked = []
+    real = {name: getattr(numba_cpu, name) for name in ("neighbour_pass", "all_pairs_pass")}
+
+    def noting(name):
+        return lambda *several: (asked.append(several[3]), real[name](*several))[1]
+
+    for name in real:
+        monkeypatch.setattr(numba_cpu, name, noting(name))
+    engine, sums = Engine(), []
+    for virial in (False, True):
+        sums.append(engine.neighbour_sums(arrangement, KERNEL, NEIGHBOUR_TERMS, fields, virial=virial))
+        sums.append(engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields, virial=virial))
+    assert COUNT <= numba_cpu.FEW and asked == [True] * 4
+    for plain, full in ((sums[0], sums[2]), (sums[1], sums[3])):
+        for effect, outputs in full.items():
+            assert set(outputs) - set(plain[effect]) <= {"virial"} and "virial" not in plain[effect]
+            for name, values in plain[effect].items():
+                np.testing.assert_array_equal(values, outputs[name])
+    asked.clear()
+    monkeypatch.setattr(numba_cpu, "FEW", COUNT - 1)
+    monkeypatch.setattr(numba_cpu, "share_out", lambda *_: None)  # nothing is compiled of it
+    engine.neighbour_sums(arrangement, KERNEL, NEIGHBOUR_TERMS, fields)
+    engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)
+    assert asked == [False, False]
 
 
 def test_momentum_is_kept_to_round_off(reference):
