@@ -12,7 +12,7 @@ from typing import Any
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
-from astroinertia.scene.schema import Numerics, Scene
+from astroinertia.scene.schema import Scene
 
 Value = float | str
 _FEWEST_PARTICLES = 200  # three times the neighbours of one
@@ -115,7 +115,7 @@ def _of_particles(scene: Scene) -> tuple[Knob, ...]:
         for knob in (
             _particles(scene), _timestep(scene), _force_error(scene), _neighbours(scene), _kernel(scene),
             _order(scene, "pressure"), _order(scene, "gravity"), _smoothing_tolerance(scene),
-            _choice(scene, "precision", ("mixed", "float64")), _timesteps(scene),
+            _precision(scene), _timesteps(scene),
         )
         if knob is not None
     )  # fmt: skip
@@ -248,10 +248,10 @@ def _smoothing_tolerance(scene: Scene) -> Knob:
     )  # fmt: skip
 
 
-def _choice(scene: Scene, name: str, values: tuple[str, ...]) -> Knob:
+def _precision(scene: Scene) -> Knob:
     return Knob(
-        name, str(Numerics.model_fields[name].description), values, getattr(scene.numerics, name),
-        lambda value: (f"numerics.{name}='{value}'",),
+        "precision", "mixed: pair sums in float32, state in float64", ("mixed", "float64"), scene.precision,
+        lambda value: (f"numerics.precision='{value}'",),
     )  # fmt: skip
 
 

@@ -177,7 +177,7 @@ def _compile(scene: Scene) -> None:
     gravity = gravity_method(scene, count) if "gravity" in scene.effects else ""
     shaped = count if chosen.engine == "xla" else 0
     what = (
-        tuple(scene.effects), str(scene.equation_of_state), chosen.engine, chosen.precision, chosen.kernel,
+        tuple(scene.effects), str(scene.equation_of_state), chosen.engine, scene.precision, chosen.kernel,
         chosen.timesteps, gravity, shaped,
     )  # fmt: skip
     if what in _warm:

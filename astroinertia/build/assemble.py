@@ -309,7 +309,7 @@ def _numerics(scene: Scene) -> dict[str, Any]:
         body: Any = scene.body
         bodies: Any = scene.bodies
         return {
-            "engine": chosen.engine, "precision": chosen.precision, "kernel": chosen.kernel, "seed": body.seed,
+            "engine": chosen.engine, "precision": scene.precision, "kernel": chosen.kernel, "seed": body.seed,
             **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
             **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
         }  # fmt: skip

@@ -195,7 +195,7 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
         acceleration_factor=numerics.acceleration_factor,
         energy_factor=numerics.energy_factor,
         max_timestep=longest,
-        engine=_in_box(scene, units, engine_of(numerics.engine, numerics.precision, numerics.kernel)),
+        engine=_in_box(scene, units, engine_of(numerics.engine, scene.precision, numerics.kernel)),
         kernel=numerics.kernel,
         smoothing_tolerance=numerics.smoothing_tolerance,
     )

@@ -55,11 +55,11 @@ class Counts:
 
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
     """What one evaluation of all particles takes, by its parts; those of effects under their kinds."""
-    numerics, costs = scene.numerics, machine.seconds
+    costs = machine.seconds
     more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * smoothing(scene)[1] / REFERENCE_NEIGHBOURS)
 
     def passed(name: str) -> Seconds:
-        return costs[f"fixed.{name}"] + more * costs[f"{numerics.precision}.{name}"]
+        return costs[f"fixed.{name}"] + more * costs[f"{scene.precision}.{name}"]
 
     near = [kind for kind in scene.effects if kind == "gravity" or scene.entries[kind].cost == "neighbours"]
     parts = {"density": passed("density")}
@@ -80,7 +80,7 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
 
 def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
     """The attraction of all pairs."""
-    costs, precision = machine.seconds, scene.numerics.precision
+    costs, precision = machine.seconds, scene.precision
     if gravity_method(scene, particles) == "direct":
         return costs["fixed.direct"] + float(particles) ** 2 * costs[f"{precision}.direct"]
     error = scene.effects["gravity"]["force_error"]

@@ -45,7 +45,7 @@ def _loops(scene: Scene) -> str:
     if "gravity" in scene.effects and scene.particles is not None:
         attraction = gravity_method(scene, scene.particles)
     return cache.content_key(
-        effects=sorted(choices.items()), attraction=attraction, kernel=numerics.kernel, precision=numerics.precision,
+        effects=sorted(choices.items()), attraction=attraction, kernel=numerics.kernel, precision=scene.precision,
         timesteps=numerics.timesteps, box=scene.box is not None, matter=fluid.kind, engine=numerics.engine,
         versions=[version("numba"), version("numpy")], marks=_VERSION,
     )  # fmt: skip

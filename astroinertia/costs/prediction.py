@@ -104,7 +104,7 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.numerics.precision}"]
+    memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
     shortened = met.evaluations / own.evaluations
     return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened)
 

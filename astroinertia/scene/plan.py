@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.entries import Entry
+from astroinertia.engines.few import FEW
 from astroinertia.observables.own import quantity_of
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
@@ -122,7 +123,7 @@ def gravity_method(scene: Scene, particles: int) -> gravity_costs.Method:
     gravity, numerics = scene.effects["gravity"], scene.numerics
     if gravity["method"] != "auto":
         return gravity["method"]
-    return gravity_costs.cheaper(particles, numerics.engine, numerics.precision, gravity["force_error"])
+    return gravity_costs.cheaper(particles, numerics.engine, scene.precision, gravity["force_error"])
 
 
 def plan(scene: Scene) -> Plan:
@@ -287,7 +288,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
     if numerics.free_fall_factor is not None:
         limits += f", at most {numerics.free_fall_factor:g} (G density)^(-1/2)"
     return (
-        Line("engine", numerics.engine, numerics.precision),
+        Line("engine", numerics.engine, _precision(scene)),
         Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
         _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
@@ -295,6 +296,15 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         *(Line(*line) for line in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
+
+
+def _precision(scene: Scene) -> str:
+    if scene.numerics.precision != "auto":
+        return scene.precision
+    if scene.particles is None:
+        return f"{scene.precision}, for a number of particles that is not known here"
+    few = scene.particles <= FEW
+    return f"{scene.precision}, for {'no more' if few else 'more'} than {FEW} particles"
 
 
 def _smoothing_lengths(scene: Scene) -> Line:
@@ -313,7 +323,7 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
     error = gravity["force_error"]
     cost = {
-        method: gravity_costs.seconds(method, particles, numerics.engine, numerics.precision, error)
+        method: gravity_costs.seconds(method, particles, numerics.engine, scene.precision, error)
         for method in ("direct", "multipole")
     }
     verdict = "as asked for"

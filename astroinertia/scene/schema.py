@@ -14,6 +14,7 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.entries import Entry
+from astroinertia.engines.few import FEW
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
@@ -44,8 +45,10 @@ class Numerics(Part):
     engine: Literal["numba_cpu", "xla"] = Field(
         default="numba_cpu", description="numba_cpu: threaded loops; xla: dense tiles, for GPUs and gradients"
     )
-    precision: Literal["float64", "mixed"] = Field(
-        default="float64", description="mixed: pair sums in float32, state in float64"
+    precision: Literal["auto", "float64", "mixed"] = Field(
+        default="float64",
+        description=f"mixed: pair sums in float32, state in float64; auto: mixed for more than {FEW} particles, which "
+        "compiles more and then steps faster",
     )
     devices: Annotated[Whole, Field(ge=1, le=65536)] = Field(
         default=1, description="devices that the engine xla shares its pair sums out over"
@@ -293,6 +296,14 @@ class Scene(Part, metaclass=_Called):
         """The number of particles of all bodies; None where a body does not tell."""
         counts: list[Any] = [body.particles for body in self.bodies or (self.body,)]
         return None if None in counts else sum(counts)
+
+    @property
+    def precision(self) -> Literal["float64", "mixed"]:
+        """Of the sums over pairs: as asked for, or by the number of particles; mixed where a body does not tell it."""
+        asked = self.numerics.precision
+        if asked == "auto":
+            return "mixed" if self.particles is None or self.particles > FEW else "float64"
+        return asked
 
     @property
     def wants_choice(self) -> bool:

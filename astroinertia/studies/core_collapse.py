@@ -154,7 +154,7 @@ order = "fourth"
 [effects.viscosity]
 
 [numerics]
-precision = "mixed"
+precision = "auto"
 timesteps = "individual"
 neighbours = 150 # with densities of fourth order more of them cost time alone, and particles keep better order
 free_fall_factor = 0.1 # records after base steps: every 4 ms at first, and every 0.02 ms at the bounce

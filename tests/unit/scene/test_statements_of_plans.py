@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from astroinertia.build.sph import problem_of
 from astroinertia.effects.one_zone import Zone, difference, motion
 from astroinertia.scene import load
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.plan import plan
+from astroinertia.scene.scales import code_units
 
 SCENE = """
 name = "scene"
@@ -79,3 +81,22 @@ def test_a_zone_moves_the_same_in_its_own_time_whatever_that_is(rate):
 def test_a_much_faster_motion_with_other_forces_is_not_followed_for_ever():
     """It pulsates 1e20 times while the zone itself moves once."""
     assert difference(Zone(1.0, 1.0, 0.0, 5 / 3), 10.0, weight=1e40, pressure=1.1e40) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("asked", "particles", "taken", "words"),
+    [
+        ("auto", 1000, "float64", "float64, for no more than 1000 particles"),
+        ("auto", 1001, "mixed", "mixed, for more than 1000 particles"),
+        ("mixed", 100, "mixed", "mixed"),
+        ("float64", 5000, "float64", "float64"),
+    ],
+)
+def test_the_precision_of_few_particles_is_one_where_it_may_be_chosen(asked, particles, taken, words):
+    """What is planned is what the engine gets, which says it in its results."""
+    settings = [f'numerics.precision="{asked}"', f"body.particles={particles}", "body.relax=false"]
+    scene = load.loads(SCENE.replace("LENGTH", "1"), settings)
+    engine = next(line for line in plan(scene).sections["model and numerics"] if line.name == "engine")
+    assert (engine.value, engine.why) == ("numba_cpu", words)
+    problem, _ = problem_of(scene, code_units(scene))
+    assert problem.engine.precision == scene.precision == taken
