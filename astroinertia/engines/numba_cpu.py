@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
-from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, lists_pass, neighbour_pass
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.process.few import FEW
 from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.effects.entries import Entry
-from astroinertia.engines.few import FEW
 from astroinertia.observables.own import quantity_of
+from astroinertia.process.few import FEW
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.fluids import FROM_BODY, Material
 from astroinertia.scene.initial_body import option_text
