@@ -17,7 +17,6 @@ from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import predict
-from astroinertia.errors import SceneError
 
 FEWEST = 250  # particles of the first pilot: four times the neighbours of one
 GROWTH = 2.0  # of their number from pilot to pilot
@@ -42,8 +41,6 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
     sure that is; where it finds something (a cheaper model that agrees), that is taken.
     """
     by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
-    if "particles" not in by_name:
-        raise SceneError('accuracy chooses the number of particles, and a table has its own: write settings = "given".')
     main, ladder = by_name["particles"], {}
     _announce(pilots, main)
     count, estimate = FEWEST, None

@@ -334,6 +334,10 @@ class Scene(Part, metaclass=_Called):
             raise ValueError('[numerics] neighbours = "rising" needs bodies with a number of particles; give one here.')
         for alone in self.alone():
             alone._has_what_its_model_needs(self)
+        if self.wants_choice and self.model == "sph" and self.particles is None:
+            raise ValueError(
+                'accuracy chooses the number of particles, and a table has its own: write settings = "given".'
+            )
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
         return self

@@ -411,7 +411,9 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
         raise ArchiveError(f"{folder} already holds a sweep; choose another folder.")
     if (folder / MANIFEST).exists():
         other = manifests.read(folder)["metadata"].get("name", "?")
-        raise ArchiveError(f"{folder} already holds the run '{other}'; resume it, choose another folder, or remove this one.")
+        raise ArchiveError(
+            f"{folder} already holds the run '{other}'; resume it, choose another folder, or remove this one."
+        )
     if any(SAVED.fullmatch(path.name) for path in folder.iterdir()):
         raise ArchiveError(f"{folder} holds segments of a run whose {MANIFEST} is gone; choose another folder.")
     result = folder / final_name(metadata)

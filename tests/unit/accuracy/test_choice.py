@@ -104,6 +104,16 @@ def test_the_number_of_particles_need_not_be_written(runs, tmp_path):
         load.loads(text, ("accuracy=3e-3", "settings='given'"))
 
 
+def test_a_table_has_its_own_number_which_a_plan_says(tmp_path):
+    (tmp_path / "gas.csv").write_text("mass,x,y,z\n")
+    gas = re.sub(
+        r"(?s)\[body\].*?\n(?=\[)", '[body]\nkind = "table"\nfile = "gas.csv"\nentropy = 1.0\n', TOY_STAR, count=1
+    )
+    assert load.loads(gas, ("accuracy=3e-3", "settings='given'"), str(tmp_path)).particles is None
+    with pytest.raises(SceneError, match="a table has its own: write settings"):
+        load.loads(gas, ("accuracy=3e-3",), str(tmp_path))
+
+
 def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     formula = runs(Formula())
     found = choice.choose(particles(3e-3, "model='sph'"), tmp_path)

@@ -407,7 +407,9 @@ def test_a_folder_with_another_run_is_refused_and_stays_as_it_was(tmp_path):
     with Archive.create(tmp_path, METADATA) as archive:
         write_on(archive, 4)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    with pytest.raises(ArchiveError, match="already holds the run 'star'; resume it, choose another folder, or remove this one"):
+    with pytest.raises(
+        ArchiveError, match="already holds the run 'star'; resume it, choose another folder, or remove this one"
+    ):
         Archive.create(tmp_path, {**METADATA, "name": "other"})
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
