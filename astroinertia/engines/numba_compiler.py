@@ -17,7 +17,8 @@ from numba import _dynfunc  # type: ignore[attr-defined]
 from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.types.functions import BaseFunction
+from numba.core.types import unliteral
+from numba.core.types.functions import BaseFunction, Dispatcher
 
 # Passes for closures, with, raise, functions to be inlined before types are known, loops over literals, and expressions
 # of whole arrays: the engine's functions have none of these.
@@ -29,7 +30,7 @@ NEEDLESS = {
 }  # fmt: skip
 
 _signatures: dict[tuple, Any] = {}
-_get_call_type = BaseFunction.get_call_type
+_get_call_type, _get_dispatched_type = BaseFunction.get_call_type, Dispatcher.get_call_type
 
 
 def _kept_call_type(function: Any, context: Any, args: tuple, kws: dict) -> Any:
@@ -43,17 +44,25 @@ def _kept_call_type(function: Any, context: Any, args: tuple, kws: dict) -> Any:
     return _signatures[key]
 
 
+def _plain_call_type(function: Any, context: Any, args: tuple, kws: dict) -> Any:
+    if issubclass(function.dispatcher._compiler.pipeline_class, EntryCompiler):
+        args, kws = tuple(map(unliteral, args)), {name: unliteral(value) for name, value in kws.items()}
+    return _get_dispatched_type(function, context, args, kws)
+
+
 @contextlib.contextmanager
-def _operators_typed_once() -> Iterator[None]:
+def _typed_once() -> Iterator[None]:
     """Within, what an operator does to types is looked up once, not for every use: numba tries dozens of forms each.
 
+    And a function of the engine is compiled once for all numbers that are written out where it is called, not for each.
     Compiling holds numba's lock, so that no other thread compiles meanwhile.
     """
-    before, BaseFunction.get_call_type = BaseFunction.get_call_type, _kept_call_type
+    before = BaseFunction.get_call_type, Dispatcher.get_call_type
+    BaseFunction.get_call_type, Dispatcher.get_call_type = _kept_call_type, _plain_call_type
     try:
         yield
     finally:
-        BaseFunction.get_call_type = before
+        BaseFunction.get_call_type, Dispatcher.get_call_type = before
 
 
 class EntryLibrary(JITCodeLibrary):
@@ -70,7 +79,7 @@ class EntryCompiler(Compiler):
         """Numba's result."""
         self.state.library = EntryLibrary(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
-        with _operators_typed_once():
+        with _typed_once():
             return super().compile_extra(func)
 
     def define_pipelines(self) -> list:
@@ -99,7 +108,7 @@ class PartCompiler(EntryCompiler):
     def compile_extra(self, func: Any) -> Any:
         """Numba's result, whose entry from Python has no code behind it (as that of all that have no wrapper)."""
         self.state.library = PartLibrary(self.state.targetctx.codegen(), func.__qualname__)
-        with _operators_typed_once():
+        with _typed_once():
             result = Compiler.compile_extra(self, func)
         nothing = _dynfunc.make_function(
             result.fndesc.lookup_module(), func.__name__, "", 0, result.environment, (result.library,)

@@ -82,7 +82,7 @@ def neighbour_pass(
                 near[k] = neighbours[k]
             count = close_to(box, support, largest, position, h, near, count)
             for k in range(count):
-                pack_row(near[k], k, position, h, mass, support, arrays, packed)
+                pack_row(np.int64(near[k]), k, position, h, mass, support, arrays, packed)
             neighbours = near[:count]
             places(chosen, first, last, neighbours, count, slots)
             set_origin(centre, packed, slots[0], zero)

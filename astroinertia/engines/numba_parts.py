@@ -17,6 +17,7 @@ from astroinertia.engines.numba_vectors import (
     at,
     in_reach,
     larger_of,
+    once,
     out_of_reach,
     padded,
     where,
@@ -42,6 +43,7 @@ def touched(nodes, factor, box, balls, ball_count, centre, unit, listed, count):
 
     balls (4, ball_count or more): their places from `centre`, times `unit`, and squares of their radii, times its.
     """
+    once()
     x, y, z, radius2 = balls[0], balls[1], balls[2], balls[3]
     kept = 0
     for k in range(count):
@@ -88,6 +90,7 @@ def near_nodes(nodes, count, box, factor, target_reach, balls, ball_count, centr
     nodes (7, 2L or more): corners and largest h. balls, ball_count, centre, unit: what `touched` then asks of them, if
     there are any balls and more nodes than MANY. Returns how many come near; parents and listed have room for them all.
     """
+    once()
     lo_x, lo_y, lo_z, hi_x, hi_y, hi_z, h = nodes[0], nodes[1], nodes[2], nodes[3], nodes[4], nodes[5], nodes[6]
     level = count
     while level > MOST_AT_ONCE:
@@ -121,6 +124,7 @@ def gather(
     `near_nodes`, what only they leave out may be left out; parents and listed have room for all leaves. Returns the
     number and the array that holds them: `indices`, or a larger one.
     """
+    once()
     leaves = len(start) - 1
     near = near_nodes(nodes, leaves, box, factor, target_reach, balls, ball_count, centre, unit, parents, listed)
     total = 0
@@ -148,6 +152,7 @@ def divide(
     within reach), `far` (indices out of reach in nodes that are within) and `ranges` (K, 2) (runs of particles whose
     nodes are out of reach), and the arrays near and far, maybe larger ones.
     """
+    once()
     n = near_nodes(nodes, targets, box, factor, target_reach, nodes, 0, nodes[0], 0.0, parents, listed)
     total = 0
     for k in range(n):
@@ -175,6 +180,7 @@ def divide(
 @njit(**PART)
 def with_room(array, count):
     """An array with room for `count` elements and loose ends; what it holds may be lost."""
+    once()
     return array if count + 2 * LANES <= len(array) else np.empty(2 * count + 2 * LANES, array.dtype)
 
 
@@ -187,6 +193,7 @@ def columns_for(count):
 @njit(**PART)
 def whole_lines(rows, columns, like):
     """An array (rows, columns) of the type of another that begins on a line of the cache: no vector straddles two."""
+    once()
     flat = np.empty(rows * columns + LINE, like.dtype)
     first = (LINE - np.int64(flat.ctypes.data) % LINE) % LINE // flat.itemsize
     return flat[first : first + rows * columns].reshape(rows, columns)
@@ -195,6 +202,7 @@ def whole_lines(rows, columns, like):
 @njit(**PART)
 def with_columns(array, count):
     """An array with room for `count` columns and loose ends; what it holds may be lost."""
+    once()
     if count + 5 * LANES <= array.shape[1]:
         return array
     return whole_lines(array.shape[0], columns_for(count), array)
@@ -212,6 +220,7 @@ def node_box(nodes, node, box, centre):
 @njit(**PART)
 def target_box(position, h, targets, first, last, box):
     """Set a box (2, 3) to that of targets[first:last] and return their largest h; NaN makes NaN."""
+    once()
     for a in range(3):
         box[0, a], box[1, a] = np.inf, -np.inf
     largest = unknown = 0.0
@@ -239,6 +248,7 @@ def box_centre(box, centre):
 @njit(**PART)
 def places(items, first, last, indices, count, out):
     """Where items[first:last] stand among indices[:count]; both ascend."""
+    once()
     place = place_of(items[first], indices, count)
     for t in range(first, last):
         while indices[place] < items[t]:
@@ -249,6 +259,7 @@ def places(items, first, last, indices, count, out):
 @njit(**PART)
 def close_to(box, factor, largest, position, h, items, count):
     """Keep those of items[:count] within factor max(largest, h) of a box, in their order, and return their number."""
+    once()
     kept = 0
     for k in range(count):
         i = items[k]

@@ -115,6 +115,17 @@ def widest_vectors(typingctx):
 
 
 @plain_or_intrinsic(lambda: None)
+def once(typingctx):
+    """Keep the calling function from being copied into its callers, so that each program compiles it once."""
+
+    def codegen(context, builder, signature, args):
+        builder.function.attributes.add("noinline")
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
+@plain_or_intrinsic(lambda: None)
 def widest_vectors_inlined(typingctx):
     """As `widest_vectors`, for a function that is copied into its callers."""
 

@@ -49,6 +49,19 @@ def test_operators_are_typed_once_and_programs_are_those_of_numba(monkeypatch):
     np.testing.assert_array_equal(again, theirs)
 
 
+def test_numbers_that_are_written_out_need_no_function_of_their_own():
+    @njit(**PART)
+    def scaled(x, factor):
+        return x * factor
+
+    @njit(**UNKEPT)
+    def several(x, count):
+        return scaled(x, 2) + scaled(x, 3) + scaled(x, count)
+
+    assert several(1.5, 4) == 13.5
+    assert len(scaled.overloads) == 1
+
+
 def test_numba_itself_is_left_as_it_was_also_by_functions_that_cannot_be_compiled():
     before = BaseFunction.get_call_type
 
