@@ -384,6 +384,7 @@ def _guide(options: Options) -> int:
     return GOOD
 
 
+@cli_result.uncollected()
 def _show(options: Options) -> int:
     from astroinertia import plots
 

@@ -23,7 +23,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 def reasons(dataset: xr.Dataset) -> dict[str, str]:
     """The quantities that a run does not have, each with the reason, whether they are in the dataset as NaN or not."""
     left_out = json.loads(dataset.attrs.get(ATTRIBUTE, "{}"))
-    there = {str(name): variable.attrs for name, variable in dataset.data_vars.items()}
+    there = {str(name): dataset.variables[name].attrs for name in dataset.data_vars}
     return left_out | {name: str(attrs["reason"]) for name, attrs in there.items() if "reason" in attrs}
 
 

@@ -351,7 +351,8 @@ class InertiaAccessor:
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
         0.16
         """
-        from astroinertia.rotation.break_up import DYNAMICAL, SECULAR, break_up  # brings figures of stars along
+        from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
+        from astroinertia.rotation.break_up import break_up  # brings figures of stars along
 
         data = self.dataset
         size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import ellipk
 
 Series = Mapping[str, np.ndarray]
 
@@ -130,6 +129,8 @@ def _in_body(series: Series) -> tuple[np.ndarray, np.ndarray]:
 
 def _wobble_period(moments: np.ndarray, along: np.ndarray) -> np.ndarray:
     """4 K(k) over the rate of the elliptic functions: Landau & Lifshitz, Mechanics, section 37."""
+    from scipy.special import ellipk  # only here: most files that are opened are of no rigid body
+
     low, middle, high = moments.T
     square = along**2
     positive = low > 0.0

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, size, within_all
 from astroinertia.effects.one_zone import braked, difference
+from astroinertia.rotation.bar_limits import SECULAR
 
 MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third of the accuracy on
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly
 ROCHE = 0.05  # tidal parameter beyond which a liquid is torn: 1/2.455^3 = 0.068
 DENSER = 8.0  # that a body that does not collapse may become, by half its radius
-SECULAR = 0.1375  # T/|W| from which friction makes a liquid triaxial (Chandrasekhar 1969, section 36)
 
 
 @dataclass(frozen=True)

@@ -133,6 +133,7 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     )
     bar.set_label(style.label(name, unit))
     style.plain_log(bar.ax.xaxis, scaled.vmin, scaled.vmax)  # type: ignore[arg-type]
+    bar.minorticks_off()  # a short bar has no room for them, and each takes its time
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 

@@ -10,7 +10,6 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.waves import FAINTEST
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values, wave_scale
-from astroinertia.plots.density import density_figure, projection_figure
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
 from astroinertia.plots.ledger import ledger_figure
@@ -55,6 +54,8 @@ def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterato
     yield from ((name, figure(dataset)) for name, figure in FIGURES.items() if _has_something(dataset, name))
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
     if snapshots is not None:
+        from astroinertia.plots.density import density_figure, projection_figure  # brings numba along
+
         yield "density", density_figure(dataset, snapshots)
         yield "projection", projection_figure(dataset, snapshots)
         figure = standard_figure(dataset, snapshots)

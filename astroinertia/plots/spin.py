@@ -10,7 +10,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
-from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
+from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 

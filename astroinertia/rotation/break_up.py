@@ -21,13 +21,11 @@ from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rot
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.process.quantities import with_quantities
+from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 Array = Any
 
-# T/|W| of the Maclaurin spheroids at which a bar can grow by friction or by gravitational waves, and by itself; other
-# bodies come close to these. Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5.
-SECULAR, DYNAMICAL = 0.1375, 0.2738
 _KEPLER_KHZ = math.sqrt(GRAVITATIONAL_CONSTANT * SOLAR_MASS / 1e4**3) / (2e3 * math.pi)  # of 1 Msun and 10 km
 
 

@@ -13,7 +13,6 @@ from astroinertia.scene.companions import Companion
 from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
 from astroinertia.scene.initial_body import ascending, unit
 from astroinertia.scene.schema import Scene
-from astroinertia.sph import profiles
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
 _NODES = 64  # shells of a profile
@@ -56,6 +55,8 @@ def _expansion(body: Any) -> float:
 
 
 def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
+    from astroinertia.sph import profiles  # only here: whoever reads a scene does not ask how large its effects are
+
     body: Any = scene.body
     profile = body.profile()
     axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)

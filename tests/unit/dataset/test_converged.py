@@ -61,6 +61,15 @@ def test_numerical_choices_leave_the_answer_as_it_is(name, setting):
     assert converged.reference(dataset(name, {"time": np.zeros(3)}, setting)).name == name
 
 
+def test_of_the_shipped_answers_only_those_of_bodies_alike_are_read_and_once(monkeypatch):
+    run, read = dataset("evrard", {"time": np.zeros(3)}, "body.seed=77"), []
+    loads = load.loads
+    monkeypatch.setattr(load, "loads", lambda text: read.append(text) or loads(text))
+    assert converged.reference(run).name == "evrard"
+    assert converged.distances(run) == []
+    assert len(read) == 2  # the run's own, and that of the answer
+
+
 def test_another_end_leaves_the_answer_as_it_is():
     assert converged.reference(dataset("evrard", {"time": np.zeros(3)}, "time.end=2.5")).name == "evrard"
 

@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.text import Text
+from PIL import Image
 
 from astroinertia import plots
 from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import RECORDED
-from astroinertia.plots import pictures, style, waves
+from astroinertia.plots import density, pictures, style, waves
 from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles
@@ -93,13 +95,23 @@ def test_write_all_writes_a_png_of_each_figure(series, snapshots, tmp_path, monk
         pictures, "FIGURES", dict.fromkeys(pictures.FIGURES, empty) | {"shape": pictures.FIGURES["shape"]}
     )
     for name in ("density_figure", "projection_figure"):
-        monkeypatch.setattr(pictures, name, empty)
+        monkeypatch.setattr(density, name, empty)
     written = plots.write_all(series.isel(time=slice(0, None, 10)), tmp_path / "pictures", snapshots=snapshots)
     # Only rigid bodies have an attitude, and only runs that were asked for them error bars.
     fluid = [name for name in pictures.FIGURES if name not in ("attitude", "error_bars")]
     assert [path.name for path in written] == [*(f"{name}.png" for name in fluid), "density.png", "projection.png"]
     for path in written:
         assert path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_picture_is_laid_out_and_drawn_once(series, tmp_path, monkeypatch):
+    drawn, draw = [], Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: drawn.append(1) or draw(self, renderer))
+    figure = pictures.FIGURES["waves"](series)
+    with Image.open(style.save(figure, tmp_path / "waves.png")) as picture:
+        assert picture.mode == "RGB"  # nothing shows through
+        assert picture.size == tuple(figure.get_size_inches() * style.RESOLUTION)
+    assert len(drawn) == 1
 
 
 def variants():

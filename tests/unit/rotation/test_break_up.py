@@ -11,9 +11,8 @@ from scipy.optimize import root_scalar
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
+from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.rotation.break_up import (
-    DYNAMICAL,
-    SECULAR,
     break_up,
     polytropic_limit,
     polytropic_rate,

@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import SceneError
-from astroinertia.rotation.break_up import DYNAMICAL, SECULAR
+from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.scene import load
 from astroinertia.studies import spinup
 
