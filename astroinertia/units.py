@@ -112,6 +112,7 @@ _READABLE = {
     "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
           (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"),
           (0.1 * PARSEC, PARSEC, "pc")],
+    "Hz": [(1.0, 1.0, "Hz"), (1e3, 1e3, "kHz"), (1e6, 1e6, "MHz")],
 }  # fmt: skip
 
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}

@@ -94,7 +94,7 @@ def shown(*paths: Path) -> Iterator[None]:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Look for no cycles of objects, which takes a tenth of the time of pictures; what they hold stays until the end."""
+    """Look for no cycles of objects, which takes a tenth of the time of pictures; what they hold stays as it is."""
     before = gc.isenabled()
     gc.disable()
     try:

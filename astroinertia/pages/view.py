@@ -15,6 +15,7 @@ from astroinertia.pages.page import HERE, data_block, filled, name_of, policy, t
 from astroinertia.plots import film, style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 from astroinertia.plots.matter import Triad, matter, reach, triads, triads_of_series
+from astroinertia.plots.shown_units import raised, written
 
 MOST_PARTICLES = 4000  # that a browser turns smoothly; all are kept below, a random choice above
 MOST_FRAMES = 48
@@ -115,8 +116,7 @@ def _captions(dataset: xr.Dataset, snapshots: xr.Dataset | None, numbers: np.nda
     for name, series, values in shown:
         factor, unit = style.scale_of(style.unit_of(series), series.values)
         sampled = np.interp(times, time, series.values) if values is None else values
-        unit = f"× {unit}" if unit.startswith("10^") else unit
-        columns.append([style.raised(f"{name} {value / factor:.4g} {unit}".removesuffix(" 1")) for value in sampled])
+        columns.append([raised(f"{name} {written(value, factor, unit)}") for value in sampled])
     return ("\n".join(lines) for lines in zip(*columns, strict=True))
 
 
@@ -125,7 +125,7 @@ def _length_units(dataset: xr.Dataset, widths: list[float]) -> list[tuple[float,
     own = style.unit_of(dataset["mean_radius"])
     tried = np.geomspace(1e-3 * min(widths), 10.0 * max(widths), 200)
     units = dict.fromkeys(style.readable(own, width) or (1.0, "" if own == "1" else own) for width in tried)
-    return [(factor, style.raised(name)) for factor, name in sorted(units)]
+    return [(factor, raised(name)) for factor, name in sorted(units)]
 
 
 def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:
@@ -133,7 +133,7 @@ def _legend(snapshots: xr.Dataset | None, colours: list[str]) -> str:
         return "drawn as the homogeneous ellipsoid<br>that has its inertia tensor"
     low, high = _densities(snapshots, np.arange(snapshots.sizes["snapshot_time"]))
     unit = style.unit_of(snapshots["density"])
-    named = style.raised(f"density {_power(low)} to {_power(high)} {unit}".removesuffix(" 1"))
+    named = raised(f"density {_power(low)} to {_power(high)} {unit}".removesuffix(" 1"))
     count = snapshots.sizes["particle"]
     kept = f"<br>{MOST_PARTICLES} of {count} particles" if count > MOST_PARTICLES else ""
     return f'{text(named)}<div style="background:linear-gradient(90deg,{",".join(colours[::9])})"></div>{kept}'

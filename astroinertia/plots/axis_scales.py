@@ -6,6 +6,7 @@ import xarray as xr
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.units import SPEED_OF_LIGHT
 
+FROM_PAIRS = 1e-7  # of the largest angular momentum: what single-precision pairs give to a body that has none (4e-9)
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
 
 
@@ -40,7 +41,8 @@ def wave_scale(dataset: xr.Dataset) -> float:
 def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     """The largest angular momentum of the run, and whether the body spins.
 
-    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2).
+    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2). One that began without
+    spin spins when it has more than round-off gives it, which depends on the precision of the run.
     """
     momentum = np.linalg.norm(dataset["angular_momentum"].transpose("time", "i").values, axis=1)
     second, kinetic = (
@@ -49,4 +51,6 @@ def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     )
     largest = float(np.max(np.sqrt(second * kinetic), where=np.isfinite(second * kinetic), initial=0.0)) * 2.0
     largest_momentum = float(np.max(momentum, where=np.isfinite(momentum), initial=0.0))
-    return (largest_momentum, True) if largest_momentum > SPINLESS * largest else (largest or 1.0, False)
+    exact = momentum[0] > SPINLESS * largest or dataset.attrs.get("precision") == "float64"
+    least = SPINLESS if exact else FROM_PAIRS
+    return (largest_momentum, True) if largest_momentum > least * largest else (largest or 1.0, False)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.plots.shown_units import unit_of
+from astroinertia.plots.shown_units import cleared, unit_of
 
 _WIDTH, _COLUMN = 30, 15
 
@@ -57,8 +57,7 @@ def _title(dataset: xr.Dataset) -> str:
 def _tensor(dataset: xr.Dataset) -> str:
     inertia = dataset["inertia_tensor"]
     rows = inertia.transpose("i", "j").values
-    # What is nothing but round-off beside the largest is shown as 0.
-    rows = np.where(abs(rows) > 1e-15 * abs(rows).max(), rows, 0.0)
+    rows = cleared(rows, abs(rows).max())
     lines = [_name("inertia tensor", inertia) + "".join(f"{letter:>{_COLUMN}}" for letter in "xyz")]
     return "\n".join(lines + [f"{letter:>{_WIDTH}}" + _numbers(row) for letter, row in zip("xyz", rows, strict=True)])
 

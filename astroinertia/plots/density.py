@@ -12,12 +12,14 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads
 from astroinertia.plots.render import column_density, density_slice, flow
+from astroinertia.plots.shown_units import raised, written
 
 PLANES = (SIDE_ON, POLE_ON)
 PIXELS = 320
 STEADY = 1.2  # a density that rises by less has no moment of compression
 ARROWS = 11
 DECADES = 8.0  # of density shown below the greatest, at most
+MANY = 10.0**2.5  # of the faintest density, beyond which a bar has a tick a decade
 FAINTEST = 8.0  # percentile of the picture that is drawn black
 SLICES, COLUMNS = ("meridional plane", "equatorial plane"), ("side-on", "pole-on")
 
@@ -72,10 +74,11 @@ def frame_view(axes: Any, plane: tuple[int, int], unit: str) -> None:
         axes.spines[side].set_visible(True)
 
 
-def name_view(axes: Any, text: str) -> Any:
-    """Say in a corner of a picture from where it is seen."""
+def name_view(axes: Any, text: str, height: float = 0.96) -> Any:
+    """Say in a corner of a picture from where it is seen, or what else it needs."""
     return axes.annotate(
-        text, (0.035, 0.96), xycoords="axes fraction", va="top", color="white", fontsize=9, zorder=5,
+        text, (0.035, height), xycoords="axes fraction", va="top" if height > 0.5 else "bottom", color="white",
+        fontsize=9, zorder=5,
         bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
     )  # fmt: skip
 
@@ -122,11 +125,13 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
         if not sliced:
             draw_triad(axes, frame, plane, length_scale, half_width)
     if sliced:
-        _arrows(panels, particles, half_width, length_scale)
+        _arrows(panels, particles, half_width, length_scale, style.unit_of(snapshot["velocity"]))
     panels[0].set_title(title + _moment(snapshot["snapshot_time"]))
     density = snapshot["density"]
     name, own = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
-    scale, unit = style.scale_of(own, norm.vmax)
+    # Over many decades the bar has powers of ten itself.
+    many = norm.vmax > MANY * norm.vmin  # type: ignore[operator]
+    scale, unit = (1.0, own) if many else style.scale_of(own, norm.vmax)
     scaled = LogNorm(norm.vmin / scale, norm.vmax / scale)  # type: ignore[operator]
     bar = figure.colorbar(
         ScalarMappable(scaled, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
@@ -144,7 +149,7 @@ def _moment(time: xr.DataArray) -> str:
     return f", {float(time) / factor:.4g} {style.raised(unit)}" if unit != "1" else f", time {float(time):.4g}"
 
 
-def _arrows(panels, particles: Matter, half_width: float, length_scale: float) -> None:
+def _arrows(panels, particles: Matter, half_width: float, length_scale: float, unit: str) -> None:
     flows = [
         flow(particles.position, particles.velocity, particles.mass, particles.size, plane, half_width, ARROWS)
         for plane in PLANES
@@ -161,3 +166,5 @@ def _arrows(panels, particles: Matter, half_width: float, length_scale: float) -
             color="white", edgecolor="#00000090", linewidth=0.4, pivot="middle", angles="xy", scale_units="xy",
             scale=fastest / cell, width=0.004, headwidth=3.6, headlength=4,
         )  # fmt: skip
+    speed = raised(written(fastest, *style.scale_of(unit, fastest), digits=2))
+    name_view(panels[-1], f"longest arrow: {speed}", 0.035)

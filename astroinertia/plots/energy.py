@@ -11,7 +11,7 @@ from astroinertia.plots.bands import Band, error_of, shade
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),
-    ("rotational_energy", "of the mean angular velocity", style.ORANGE, (0, (1.2, 1.6))),
+    ("rotational_energy", "of the mean angular velocity", style.PURPLE, (0, (1.2, 1.6))),
     ("internal_energy", "internal", style.VERMILLION, "-"),
     ("gravitational_energy", "self-gravity", style.BLUE, "-"),
 )
@@ -50,7 +50,10 @@ def _energies(axes, dataset: xr.Dataset) -> None:
     others = dataset["potential_energy"] - dataset["gravitational_energy"].fillna(0.0)
     if has_values(dataset, "potential_energy") and float(abs(others).max()) > 1e-6 * scale:
         axes.plot(times, others / scale, color=style.SKY, label="other potentials")
-    axes.plot(times, dataset["total_energy"] / scale, color=style.INK, linewidth=2.2, label="total")
+    # Wide and pale behind the others, which may lie on it.
+    axes.plot(
+        times, dataset["total_energy"] / scale, color=style.INK, linewidth=5, alpha=0.4, zorder=1.8, label="total"
+    )
     bands.append((dataset["total_energy"].values / scale, error_of(dataset, "total_energy", scale), style.INK))
     shade(axes, times, bands)
     axes.axhline(0, color=style.GREY, linewidth=0.8)

@@ -16,10 +16,11 @@ from astroinertia.ledger import bounds
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
-from astroinertia.plots.style import scale_of, unit_of, words
+from astroinertia.plots.shown_units import cleared, scale_of, unit_of, written
+from astroinertia.plots.style import words
 
 _WIDTH = 34
-_SHAPES = ("surface_flattening", "ellipsoid_flattening")
+_SHAPES, _J2 = ("surface_flattening", "ellipsoid_flattening"), "zonal_harmonic_2"
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ def _body(dataset: xr.Dataset) -> Table:
         ("maximum density", dataset["density_max"]),
         *((words(name), dataset[name]) for name in _SHAPES if name in dataset),
         *((_ratio_text(dataset[name]), dataset[name]) for name in RATIOS if name in dataset),
-        *(("J2", dataset[name]) for name in ("zonal_harmonic_2",) if name in dataset),
+        *(("J2", dataset[name]) for name in (_J2,) if name in dataset),
     ]
     if angular_momentum_scale(dataset)[1]:
         rows += [
@@ -111,7 +112,12 @@ def _body(dataset: xr.Dataset) -> Table:
             ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
-    return _course("The body", [(name, unit_of(series), series.values) for name, series in rows])
+    return _course("The body", [(name, unit_of(series), _known(series)) for name, series in rows])
+
+
+def _known(series: xr.DataArray) -> np.ndarray:
+    """A series; one that is a difference of numbers of size 1 is 0 where it is nothing but their round-off."""
+    return cleared(series.values) if series.name in (*_SHAPES, _J2) else series.values
 
 
 def _attitude(dataset: xr.Dataset) -> Table | None:
@@ -121,8 +127,10 @@ def _attitude(dataset: xr.Dataset) -> Table | None:
         return None
     # A free body's angular momentum stays where it is.
     quiet = [name for name in names if name == "precession_rate" and not np.nan_to_num(dataset[name].values).any()]
+    # Components of the attitude and of L are known to round-off, which every step adds at random to.
+    round_off = float(np.sqrt(1.0 + np.nan_to_num(dataset["step"].values[-1])))
     rows = [
-        (words(name), "deg", np.degrees(series.values)) if unit_of(series) == "rad"
+        (words(name), "deg", np.degrees(cleared(series.values, round_off))) if unit_of(series) == "rad"
         else (words(name), unit_of(series), series.values)
         for name, series in ((name, dataset[name]) for name in names if name not in quiet)
     ]  # fmt: skip
@@ -140,7 +148,7 @@ def _attitude(dataset: xr.Dataset) -> Table | None:
     below = []
     for text, value, unit in numbers:
         factor, readable = (np.pi / 180.0, "deg") if unit == "rad" else scale_of(unit, np.array([value]))
-        below.append(f"{text} {value / factor:.6g} {readable}{_more(value, unit)}")
+        below.append(f"{text} {written(value, factor, readable, 6)}{_more(value, unit)}")
     return Table(table.title, table.head, table.rows, table.widths, "\n".join(below))
 
 
@@ -178,7 +186,7 @@ def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
         factor, scaled_unit = scale_of(unit, values)
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if scaled_unit == "1" else f"{name} ({scaled_unit})"
-        lines.append((text, *(f"{value / factor:.5g}" for value in shown)))
+        lines.append((text, *(f"{value / factor + 0.0:.5g}" if np.isfinite(value) else "-" for value in shown)))
     return Table(title, ("", "start", "minimum", "maximum", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
 
 
@@ -293,4 +301,4 @@ def _largest(values: np.ndarray) -> float:
 
 def _value(variable: xr.DataArray) -> str:
     factor, unit = scale_of(unit_of(variable), variable.values)
-    return f"{float(variable) / factor:.4g} {unit}".removesuffix(" 1")
+    return written(float(variable), factor, unit)

@@ -14,6 +14,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.observables.quantities import present_name
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
+from astroinertia.plots.shown_units import written
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
@@ -159,7 +160,7 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
         wall, outputs = float(dataset["wall_time"][-1]), dataset.sizes["time"]
         took = f"{wall:.3g} s" if np.isfinite(wall) else "-"
         factor, unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)
-        end = f"{float(dataset['time'][-1]) / factor:.4g} {unit}".removesuffix(" 1")
+        end = written(float(dataset["time"][-1]), factor, unit)
         lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
     heads = ("start", "minimum", "maximum", "end", "rms diff.", "largest diff.")
     for one in quantities:

@@ -98,13 +98,18 @@ def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
     size, turning = angular_momentum_scale(dataset)
     names = [str(name) for name in dataset["effect"].values]
     sizes = np.linalg.norm(impulse, axis=-1) / size
+    if not np.nanmax(sizes) > np.finfo(float).eps:
+        style.note(axes, "none has given any, to round-off")
+        return
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
         axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)
-    low, high = style.robust_limits(sizes, 1e-20)
-    axes.set_ylim(min(max(low, 1e-18), 1e-17), max(high, 1e-11))
-    style.plain_log(axes.yaxis, *axes.get_ylim())
-    style.level(axes, float(np.finfo(float).eps), "round-off", style.GREY)
+    round_off = float(np.finfo(float).eps)
+    low, high = style.robust_limits(sizes, 0.1 * round_off)
+    axes.set_ylim(low, high)
+    style.plain_log(axes.yaxis, low, high)
+    if low < round_off:
+        style.level(axes, round_off, "round-off", style.GREY)
     axes.set_ylabel(r"$|\Delta L_e|\,/\,|L|$" if turning else r"$|\Delta L_e|$ / largest possible")
     style.mark_compression(axes, dataset, factor)
 

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.ledger import bounds
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import has_values
 from astroinertia.plots.bands import error_of, shade
@@ -84,9 +85,11 @@ def _legend(axes, evolved: bool) -> None:
         handles.append(Line2D([], [], color=style.GREY, linewidth=1.5))
         handles.append(Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4))
         names += ["evolved", "direct"]
-    axes.legend(handles, names, ncols=5, loc="lower left", columnspacing=1.4, handlelength=3.0)
-    low, high = axes.get_ylim()  # room for it below the curves
-    axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - (0.12 * (high - low) if low != 0 else 0), high)
+    low, high = axes.get_ylim()
+    where = "best" if low == 0 else "lower left"
+    axes.legend(handles, names, ncols=5, loc=where, columnspacing=1.4, handlelength=3.0)
+    if low != 0:  # room for it below the curves
+        axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - 0.12 * (high - low), high)
 
 
 def _rate(axes, dataset: xr.Dataset) -> None:
@@ -110,9 +113,11 @@ def _closure(axes, dataset: xr.Dataset) -> None:
         return
     axes.semilogy(times, np.where(closure > 0, closure, np.nan), color=style.INK, linewidth=1.2)
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREEN)
-    style.level(axes, CLOSURE_BAR, "limit of the tests", style.VERMILLION)
+    kept = np.nanmax(closure) < CLOSURE_BAR
+    bar, text = (CLOSURE_BAR, "limit of the tests") if kept else (bounds.CLOSURE, "limit of a run")
+    style.level(axes, bar, text, style.VERMILLION)
     low, high = style.robust_limits(closure, 1e-18)
-    axes.set_ylim(min(low, 5e-17), max(high, 1e-11))
+    axes.set_ylim(min(low, 5e-17), max(high, 10.0 * bar))
     style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_ylabel("closure")
     style.mark_compression(axes, dataset, factor)

@@ -9,6 +9,7 @@ from numba import njit
 from astroinertia.sph.kernels import KERNELS
 
 FEWEST = 8  # particles around a point that a velocity is fitted to
+BEYOND = 1.0  # spreads of their velocities from the mean
 KERNEL = KERNELS["cubic"]
 _COLUMN_POINTS = 512  # of the table of the column through the kernel; what it gets wrong is shared out with the mass
 _WIDE = 32.0  # pixels from which on a column is as good as its integral
@@ -146,10 +147,11 @@ def flow(
     position: np.ndarray, velocity: np.ndarray, mass: np.ndarray, smoothing_length: np.ndarray,
     plane: tuple[int, int], reach: float, cells: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Cell centres (cells,) and the in-plane velocity there, two of (cells, cells), NaN where there is no matter.
+    """Cell centres (cells,) and the in-plane velocity there, two of (cells, cells), NaN where no matter tells it.
 
     A weighted linear fit to the particles around each point: exact for a rigid rotation or a homologous collapse,
     however the particles lie (moving least squares; Lancaster & Salkauskas 1981, Mathematics of Computation 37, 141).
+    What it says far beyond the velocities of these particles, as it may where they all lie on one side, is left out.
     """
     width = 2.0 * reach / cells
     centres = (np.arange(cells) + 0.5) * width - reach
@@ -169,6 +171,8 @@ def flow(
                 continue
             root = np.sqrt(weight[inside])[:, None]
             basis = np.column_stack([np.ones(inside.sum()), offset[inside] * size[strip][inside, None] / width])
-            fit = np.linalg.lstsq(root * basis, root * velocity[strip][inside][:, plane], rcond=1e-3)[0]
-            in_plane[:, row, column] = fit[0]
+            moved = velocity[strip][inside][:, plane]
+            fit = np.linalg.lstsq(root * basis, root * moved, rcond=1e-3)[0]
+            if (abs(fit[0] - moved.mean(axis=0)) <= BEYOND * np.ptp(moved, axis=0)).all():
+                in_plane[:, row, column] = fit[0]
     return centres, in_plane[0], in_plane[1]

@@ -12,6 +12,7 @@ from astroinertia.inertia.tensor import equivalent_semi_axes, second_moment_from
 from astroinertia.plots import style
 
 OUTLINES = 9
+ROUND = 1e-9  # departure, in the same, below which a body is a sphere
 LARGEST_DEPARTURE = 0.45  # of an enlarged outline from the sphere, in the logarithm of an axis
 _NAMES = ("$a$, longest", "$b$", "$c$, shortest")
 _CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 181)), np.sin(np.linspace(0, 2 * np.pi, 181))])
@@ -59,8 +60,8 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
         ratio = lengths[:, k] / lengths[:, 0]
         right.plot(times, ratio, color=colour, linestyle=style.DASHES[k], label=f"${name}$")
     right.axhline(1, color=style.GREY, linewidth=0.8)
-    low, high = right.get_ylim()
-    right.set_ylim(min(low, 0.9), max(high, 1.05))
+    low = right.get_ylim()[0]
+    right.set_ylim(min(low, 0.9), 1.0 + 0.05 * (1.0 - min(low, 0.9)))
     gap = dataset["principal_gap"]
     tolerance = float(gap.attrs.get("tolerance", 0.0))
     vague = (gap.transpose("time", "principal").values < tolerance).any(axis=1)
@@ -104,6 +105,7 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
     for axes in views:
         axes.set_xlim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
         axes.set_ylim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
+        axes.locator_params(nbins=6)
     if larger > 1:
         views[1].annotate(
             f"departures from the sphere\nenlarged {larger:g} times", (0.5, 0.5), xycoords="axes fraction",
@@ -120,6 +122,8 @@ def _enlargement(shapes: np.ndarray) -> float:
     # Ratios of the axes of a nearly round body are drawn to a power, which multiplies small departures from 1.
     values = np.maximum(np.linalg.eigvalsh(shapes[np.isfinite(shapes).all((1, 2))]), 1e-300)
     departure = float(np.max(abs(0.5 * np.log(values / values.prod(1, keepdims=True) ** (1 / 3))), initial=0.0))
+    if departure < ROUND:  # nothing to enlarge
+        return 1.0
     return next((factor for factor in (50.0, 20.0, 10.0, 5.0, 2.0) if factor * departure < LARGEST_DEPARTURE), 1.0)
 
 

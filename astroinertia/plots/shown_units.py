@@ -9,6 +9,7 @@ import xarray as xr
 from astroinertia.units import readable
 
 LARGEST_PLAIN, SMALLEST_PLAIN = 1e4, 1e-2  # between which numbers are written out
+ROUND_OFF = 1e-15  # of what numbers of size 1 are the difference of: some units in the last place
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J(?=-)|N)(-?\d)\b|\^(-?\d+)")  # J2 is no power of joules
 
@@ -30,6 +31,23 @@ def scale_of(unit: str, *values: Any) -> tuple[float, str]:
         return 1.0, unit
     exponent = int(np.floor(np.log10(largest)))
     return 10.0**exponent, f"10^{exponent}" if unit == "1" else f"10^{exponent} {unit}"
+
+
+def cleared(values: Any, size: float = 1.0) -> np.ndarray:
+    """Values, of which those that are nothing but round-off beside `size` are 0; NaN stays."""
+    values = np.asarray(values, dtype=float)
+    return np.where(abs(values) <= ROUND_OFF * size, 0.0, values)
+
+
+def written(value: float, factor: float, unit: str, digits: int = 4) -> str:
+    """A value in the unit that it is shown in, as running text has it; nothing has no power of ten.
+
+    >>> print(written(3.21e41, 1e41, "10^41 kg m2"), written(0.0, 1e41, "10^41 kg m2"), sep=", ")
+    3.21 × 10^41 kg m2, 0 kg m2
+    """
+    power, _, name = unit.partition(" ") if unit.startswith("10^") else ("", "", unit)
+    parts = [f"× {power}" if power and value else "", "" if name == "1" else name]
+    return " ".join([f"{value / factor + 0.0:.{digits}g}", *(part for part in parts if part)])
 
 
 def raised(words: str) -> str:

@@ -56,7 +56,7 @@ def _spin(axes, dataset: xr.Dataset) -> None:
     scale, unit = style.scale_of(style.unit_of(rate), rate.values)
     error = error_of(dataset, "angular_velocity", scale)
     look: dict[str, Any] = {"linewidth": 5, "alpha": 0.4} if error is None else {}  # that no line looks like a bar
-    axes.plot(times, rate / scale, color=style.BLUE, **look, label=r"mean angular velocity $I^{-1}L$")
+    axes.plot(times, rate / scale, color=style.BLUE, **look, label="mean angular velocity along the first $L$")
     shade(axes, times, [(rate.values / scale, error, style.BLUE)])
     for values, colour, dashes, name in laws:
         axes.plot(times, values / scale, color=colour, linestyle=dashes, label=f"scaling {name}")
@@ -106,11 +106,12 @@ def _ratios(axes, dataset: xr.Dataset) -> None:
 def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     ratio = dataset["rotational_to_gravitational"]
-    axes.set_title("Rotational over gravitational energy")
-    axes.plot(times, ratio, color=style.BLUE)
-    shade(axes, times, [(ratio.values, error_of(dataset, "rotational_to_gravitational"), style.BLUE)])
     top = float(ratio.max())
-    axes.set_ylim(0, max(1.15 * top, 1e-12))
+    scale, unit = style.scale_of("1", top)
+    axes.set_title("Rotational over gravitational energy")
+    axes.plot(times, ratio / scale, color=style.BLUE)
+    shade(axes, times, [(ratio.values / scale, error_of(dataset, "rotational_to_gravitational", scale), style.BLUE)])
+    axes.set_ylim(0, 1.15 * top / scale or 1.0)
     for level, name in ((SECULAR, "secular bar instability"), (DYNAMICAL, "dynamical bar instability")):
         if 0.5 * level < top < UNBOUND:
             axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * level))
@@ -119,5 +120,5 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
                 f"{name} ({level:.2g})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2),
                 textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom",
             )  # fmt: skip
-    axes.set_ylabel("$T/|W|$")
+    axes.set_ylabel(style.label("$T/|W|$", unit))
     style.mark_compression(axes, dataset, factor)

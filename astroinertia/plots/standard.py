@@ -45,13 +45,13 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     where = _coordinate(ALONG[problem], place)[inside]
     order = np.argsort(where)
     with style.styled():
-        figure = style.begin(dataset, f"the exact flow at {time:.3g}", (11.0, 3.6))
+        figure = style.begin(dataset, f"the exact flow at time {time:.3g}", (11.0, 3.6))
         for panel, (name, error) in zip(figure.subplots(1, 3), errors.items(), strict=True):
             dots, line = (_size(getattr(flow, name)[inside]) for flow in (computed, exact))
             panel.plot(where, dots, ".", markersize=1.5, alpha=0.5, rasterized=True, label="particles")
             panel.plot(where[order], line[order], "k-", linewidth=1.0, label="exact")
-            panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 {error:.2g}")
-        figure.axes[0].legend(fontsize=8)
+            panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 error {error:.2g}")
+        figure.axes[0].legend(fontsize=8, markerscale=4)
     return figure
 
 

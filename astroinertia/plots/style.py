@@ -196,6 +196,7 @@ def mark_compression(axes: Any, dataset: xr.Dataset, factor: float, named: bool 
         axes.annotate(
             "maximum density", (at, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if late else 4, -2),
             textcoords="offset points", fontsize=8, color=GREY, va="top", ha="right" if late else "left",
+            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1}, zorder=1,
         )  # fmt: skip
 
 

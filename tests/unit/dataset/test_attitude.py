@@ -71,6 +71,14 @@ def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_wobble_that_is_round_off_of_the_attitude_is_said_to_be_none(tmp_path):
+    ds = top(tmp_path, [1.0, 1.0, 1.5], 0.0)
+    (angles,) = (line for line in summary(ds).splitlines() if line.startswith("wobble angle"))
+    assert ds.wobble_angle.values.any()  # arctan of what is left in the last places
+    assert angles.split()[-4:] == ["0"] * 4
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("wobble", [0.2, 1.4])  # about the largest moment, and about the least
 def test_the_wobble_period_of_three_moments_is_that_of_the_elliptic_functions(tmp_path, wobble):
     ds = top(tmp_path, [1.0, 2.0, 2.5], wobble)

@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from astroinertia.pages import page
 from astroinertia.pages.report import CAPTIONS, write_report
@@ -139,6 +140,14 @@ def test_a_view_of_very_many_particles_holds_some_of_them(series, snapshots, tmp
     many = snapshots.isel(particle=np.arange(3 * MOST_PARTICLES) % snapshots.sizes["particle"])
     _, data, _ = view_of(series, many.isel(snapshot_time=[0]), tmp_path / "view.html")
     assert len(base64.b64decode(data["frames"][0]["colours"])) == MOST_PARTICLES
+
+
+def test_a_view_says_nothing_of_a_power_of_ten_where_there_is_no_spin(series, tmp_path):
+    share = xr.DataArray(np.linspace(0.0, 1e-6, series.sizes["time"]), dims="time")
+    spun_up = series.assign(angular_momentum=series.angular_momentum * share)
+    _, data, _ = view_of(spun_up.assign_attrs(precision="float64"), None, tmp_path / "view.html")
+    assert "mean angular velocity 0 rad s⁻¹" in data["frames"][0]["caption"]
+    assert "× 10⁻" in data["frames"][-1]["caption"]
 
 
 def test_a_view_shows_what_strangers_wrote_and_runs_one_script(series, tmp_path):

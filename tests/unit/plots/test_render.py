@@ -44,6 +44,14 @@ def test_the_flow_of_a_linear_motion_is_exact():
     np.testing.assert_allclose(up[matter], (gradient[2, 0] * x + gradient[2, 2] * z)[matter], atol=1e-9)
 
 
+def test_no_flow_is_said_where_particles_on_one_side_would_have_it_faster_than_any_of_them():
+    place = np.random.default_rng(3).normal(size=(60, 3)) * [0.05, 0.3, 0.3] + [1.0, 0.0, 0.0]
+    velocity = np.outer(40.0 * (place[:, 0] - 1.0), [1.0, 0.0, 0.0])  # steep, across a thin sheet
+    _, across, _ = render.flow(place, velocity, np.ones(60), np.full(60, 0.6), (0, 1), 1.5, 9)
+    assert np.isfinite(across).any()
+    assert np.nanmax(abs(across)) < 2.0 * abs(velocity).max()
+
+
 def ball(spacing):
     """A ball of radius and density 1 on a body-centred lattice, and its smoothing lengths."""
     corner = np.arange(-1.5, 1.5, spacing)
