@@ -81,8 +81,7 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
 
 def _figure(name: str, figure: Figure) -> str:
     stream = io.BytesIO()
-    with style.styled():
-        figure.savefig(stream, format="png", dpi=RESOLUTION)
+    style.write_png(figure, stream, RESOLUTION)
     coded, caption = base64.b64encode(stream.getvalue()).decode(), text(CAPTIONS[name])
     return (
         f'<figure><img src="data:image/png;base64,{coded}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'

@@ -172,7 +172,7 @@ def _strips(figure: Figure, dataset: xr.Dataset) -> list[Callable[[float], None]
     """Draw the series below the pictures; what draws the mark on each at a time in the unit of the axis."""
     series = [(dataset.inertia.about_axis("z"), "$I_{zz}$", style.BLUE)]
     if angular_momentum_scale(dataset)[1]:
-        series.append((dataset.inertia.spin_rate(), "mean angular velocity", style.VERMILLION))
+        series.append((dataset.inertia.spin_rate(), "mean spin", style.VERMILLION))
     elif has_values(dataset, "density_max"):
         series.append((dataset["density_max"], "maximum density", style.VERMILLION))
     grid = figure.add_gridspec(1, len(series), left=0.09, right=0.98, top=0.26, bottom=0.085, wspace=0.28)

@@ -16,11 +16,11 @@ from astroinertia.ledger import bounds
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
-from astroinertia.plots.shown_units import cleared, scale_of, unit_of, written
+from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, unit_of, written
 from astroinertia.plots.style import words
 
 _WIDTH = 34
-_SHAPES, _J2 = ("surface_flattening", "ellipsoid_flattening"), "zonal_harmonic_2"
+*_SHAPES, _J2 = DIFFERENCES
 
 
 @dataclass(frozen=True)
@@ -112,12 +112,7 @@ def _body(dataset: xr.Dataset) -> Table:
             ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
-    return _course("The body", [(name, unit_of(series), _known(series)) for name, series in rows])
-
-
-def _known(series: xr.DataArray) -> np.ndarray:
-    """A series; one that is a difference of numbers of size 1 is 0 where it is nothing but their round-off."""
-    return cleared(series.values) if series.name in (*_SHAPES, _J2) else series.values
+    return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows])
 
 
 def _attitude(dataset: xr.Dataset) -> Table | None:
@@ -231,12 +226,12 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         (
             "change of the angular momentum",
             drift,
-            "of the largest angular momentum" if turning else "of 2 (tr Q tr K)^1/2, there is no spin",
+            "of the largest angular momentum" if turning else "of 2 √(tr Q tr K), there is no spin",
         ),
         (
             "change of the momentum",
             _largest(pushed - pushed[0]) / _largest(spread) if mass[0] > 0 else np.nan,
-            "of (2 M E_kin)^1/2 at its largest",
+            "of √(2 M E_kin) at its largest",
         ),
     ]
     finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))

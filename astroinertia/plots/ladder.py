@@ -14,7 +14,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.observables.quantities import present_name
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
-from astroinertia.plots.shown_units import written
+from astroinertia.plots.shown_units import beyond_round_off, written
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
@@ -27,6 +27,7 @@ USUAL = (
 """What is compared unless something else is asked for, as far as the runs have it."""
 _DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
+STEADY = 1e-9  # of the largest value: what changes by less stays
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
 
 
@@ -216,14 +217,14 @@ def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compare
 
 def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
     """A quantity against time, or None where the run has no number for it at two times or more."""
+    if name in (*_DERIVED, "rotational_to_gravitational") and not angular_momentum_scale(dataset)[1]:
+        return None
     if name in _DERIVED:
-        if not angular_momentum_scale(dataset)[1]:
-            return None
         series = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
         text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean angular velocity"
         series = series.assign_attrs(long_name=text)
     elif name in dataset and "time" in dataset[name].dims and dataset[name].dtype.kind == "f":
-        variable = dataset[name]
+        variable = dataset[name].copy(data=beyond_round_off(dataset[name]))
         others = [dim for dim in variable.dims if dim != "time"]
         size = (variable**2).sum(others, skipna=True, min_count=1) ** 0.5 if others else variable
         text = f"size of: {variable.attrs['long_name']}" if others else str(variable.attrs["long_name"])
@@ -248,16 +249,21 @@ def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
 
 
 def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:
-    scale, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
+    finite = np.concatenate([line.values[np.isfinite(line.values)] for line in one.lines.values()])
+    logarithmic = bool((finite > 0).all() and finite.max() > 20 * finite.min())
+    scale, unit = style.scale_of(one.unit, finite)
+    if logarithmic and unit.startswith("10^"):  # the axis has powers of ten itself
+        scale, unit = 1.0, one.unit
     for place, (number, line) in enumerate(one.lines.items()):
         axes.plot(
             line.times / factor, line.values / scale, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)],
             linewidth=1.7, label=names[number],
         )  # fmt: skip
-    finite = np.concatenate([line.values[np.isfinite(line.values)] for line in one.lines.values()]) / scale
-    if (finite > 0).all() and finite.max() > 20 * finite.min():
+    if logarithmic:
         axes.set_yscale("log")
-        style.plain_log(axes.yaxis, finite.min(), finite.max())
+        style.plain_log(axes.yaxis, finite.min() / scale, finite.max() / scale)
+    elif np.ptp(finite) < STEADY * abs(finite).max():  # what stays is drawn as a level, not as its rounding
+        axes.set_ylim(*np.sort(finite[0] / scale * np.array([0.99, 1.01])))
     axes.set_title(f"{one.long_name[:1].upper()}{one.long_name[1:]}")
     if unit != "1":
         axes.set_ylabel(style.raised(unit))

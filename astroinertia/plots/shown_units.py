@@ -10,6 +10,7 @@ from astroinertia.units import readable
 
 LARGEST_PLAIN, SMALLEST_PLAIN = 1e4, 1e-2  # between which numbers are written out
 ROUND_OFF = 1e-15  # of what numbers of size 1 are the difference of: some units in the last place
+DIFFERENCES = ("surface_flattening", "ellipsoid_flattening", "zonal_harmonic_2")  # of such numbers
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J(?=-)|N)(-?\d)\b|\^(-?\d+)")  # J2 is no power of joules
 
@@ -37,6 +38,11 @@ def cleared(values: Any, size: float = 1.0) -> np.ndarray:
     """Values, of which those that are nothing but round-off beside `size` are 0; NaN stays."""
     values = np.asarray(values, dtype=float)
     return np.where(abs(values) <= ROUND_OFF * size, 0.0, values)
+
+
+def beyond_round_off(series: xr.DataArray) -> np.ndarray:
+    """A series of a dataset; one that is a difference of numbers of size 1 is 0 where it is nothing but round-off."""
+    return cleared(series.values) if series.name in DIFFERENCES else series.values
 
 
 def written(value: float, factor: float, unit: str, digits: int = 4) -> str:

@@ -118,23 +118,26 @@ def begin(dataset: xr.Dataset, title: str, size: tuple[float, float]) -> Figure:
 def save(figure: Figure, path: Path) -> Path:
     """Write a PNG, whole or not at all; ArchiveError where that cannot be done, or would destroy what is no PNG."""
     overwriting.check(path, overwriting.PNG)
-    write_whole(path, partial(_write_png, figure))
+    write_whole(path, partial(write_png, figure))
     return path
 
 
-def _write_png(figure: Figure, path: Path) -> None:
-    # As `savefig` does, which draws everything a second time where a layout is to be found.
-    canvas, resolution = figure.canvas, figure.dpi
+def write_png(figure: Figure, target: Any, resolution: float = RESOLUTION) -> None:
+    """Write a PNG to a file, open or by its path, of so many dots an inch; opaque, laid out and drawn once.
+
+    `savefig` draws everything a second time where a layout is to be found.
+    """
+    canvas, before = figure.canvas, figure.dpi
     try:
         with styled():
-            figure.set_dpi(RESOLUTION)
+            figure.set_dpi(resolution)
             drawn = FigureCanvasAgg(figure)
             drawn.draw()
             opaque = np.ascontiguousarray(np.asarray(drawn.buffer_rgba())[..., :3])
-            Image.fromarray(opaque).save(path, "png", dpi=(RESOLUTION, RESOLUTION), compress_level=COMPRESSION)
+            Image.fromarray(opaque).save(target, "png", dpi=(resolution, resolution), compress_level=COMPRESSION)
     finally:
         figure.set_canvas(canvas)
-        figure.set_dpi(resolution)
+        figure.set_dpi(before)
 
 
 def label(name: str, unit: str) -> str:

@@ -62,6 +62,24 @@ def test_models_are_in_order_and_have_labels(fine, particles):
     assert ladder.labels([fine, fine]) == ["ellipsoid [1]", "ellipsoid [2]"]
 
 
+def test_round_off_is_neither_compared_nor_drawn_as_a_change(fine):
+    noise = 2.2e-16 * np.resize([1.0, -1.0], fine.sizes["time"])
+    shape, radius = fine.ellipsoid_flattening, fine.mean_radius
+    runs = [
+        fine.assign(ellipsoid_flattening=shape.copy(data=size), mean_radius=radius.copy(data=7.0 * (1.0 + size)))
+        for size in (noise, 2.0 * noise)
+    ]
+    compared = ladder.compared(runs)
+    assert "ellipsoid_flattening" not in [one.name for one in compared]
+    figure = ladder.ladder_figure(runs, [quantity(compared, "mean_radius")], 1)
+    assert figure.axes[0].get_ylim() == pytest.approx((6.93, 7.07))
+
+
+def test_a_body_without_spin_has_no_share_of_rotational_energy_to_compare(fine):
+    still = fine.assign(angular_momentum=0.0 * fine.angular_momentum)
+    assert "rotational_to_gravitational" not in [one.name for one in ladder.compared([still, still])]
+
+
 def test_what_one_model_lacks_is_reported_of_the_others(fine):
     rigid = headline(rigid_run()[::10], RIGID)
     found = ladder.compared([rigid, fine])
