@@ -1,7 +1,8 @@
 """Columns of numbers in a file that may come from anywhere: CSV, npz and HDF5, read within limits.
 
-A CSV file names its columns in the first line that is not a comment (#); an npz file holds one array a column, never
-pickled objects; of h5 and hdf5 files, table_hdf5.py tells. Tests: tests/unit/sph/test_initial_particles.py.
+A CSV file names its columns in the first line that is not a comment (#), or in the comment right before numbers, as
+NumPy's savetxt writes it; an npz file holds one array a column, never pickled objects; of h5 and hdf5 files,
+table_hdf5.py tells. Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import csv
@@ -46,7 +47,10 @@ class Columns:
         repeated = sorted({name for name in names if names.count(name) > 1})
         if missing or unknown or repeated:
             kind, odd = ("unknown columns", unknown) if unknown else ("columns more than once, namely", repeated)
-            wrong = f"lacks {', '.join(missing)}" if missing else f"has {kind} {shown(', '.join(odd[:4]), 80)}"
+            odd = [name or "without a name" for name in (names if missing else odd)]
+            wrong = f"has {kind} {shown(', '.join(odd[:4]), 80)}"
+            if missing:
+                wrong = f"lacks {', '.join(missing)}" + (f", and has {shown(', '.join(odd), 80)}" if odd else "")
             has = f"its columns are {', '.join(self.required)} and maybe {', '.join(self.optional)}"
             raise SceneError(f"{self.what} {path} {wrong}; {has}")
 
@@ -111,9 +115,20 @@ def plain_number(text: str) -> float:
     return float(text)
 
 
+def _is_number(text: str) -> bool:
+    try:
+        plain_number(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _limited(name: str, file: TextIO) -> Iterator[str]:
-    """The lines of a text but empty ones and comments, none of them read beyond what it may have."""
-    passed = 0
+    """The lines of a text but empty ones and comments, none of them read beyond what it may have.
+
+    A comment right before numbers, which are the first line, is one of them: the head of a table of NumPy's savetxt.
+    """
+    passed, head, begun = 0, "", False
     for number in itertools.count(1):
         line = file.readline(_MAX_LINE + 1)
         if len(line) > _MAX_LINE:
@@ -121,9 +136,14 @@ def _limited(name: str, file: TextIO) -> Iterator[str]:
         if not line:
             return
         if line.strip() and not line.startswith("#"):
+            if head and not begun and _is_number(line.split(",")[0]):
+                yield head
+            begun = True
             yield line
         elif (passed := passed + 1) > _MOST_PASSED:
             raise SceneError(f"{name} has more than {_MOST_PASSED} empty lines and comments")
+        else:
+            head = line.removeprefix("#").strip()
 
 
 def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:

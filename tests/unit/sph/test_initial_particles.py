@@ -205,6 +205,9 @@ def test_table_round_trip(tmp_path):
         np.testing.assert_array_equal(table.internal_energy, values[:, 7])
     (tmp_path / "r.csv").write_text("x,y,z,mass,specific_internal_energy\n" + "1,2,3,4,5\n" * 4)
     assert (read_table(tmp_path / "r.csv").internal_energy == 5).all()
+    numbers = np.array([[1.0, 2.0, 3.0, 4.0]] * 4)
+    np.savetxt(tmp_path / "s.csv", numbers, delimiter=",", header="of mine, all alike\nx,y,z,mass")
+    assert (read_table(tmp_path / "s.csv").mass == 4).all() and read_table(tmp_path / "s.csv").mass.size == 4
     (tmp_path / "q.csv").write_text("x,y,z,mass\n" + "1,2,3,4\n" * 4)
     table = read_table(tmp_path / "q.csv")
     assert table.internal_energy is None
@@ -245,6 +248,9 @@ def test_a_column_under_two_names_is_refused(tmp_path):
 BAD = {
     "empty.csv": (b"", "lacks mass"),
     "columns.csv": (b"mass,x,y\n1,2,3\n", "lacks z"),
+    "spaces.csv": (b"mass x y z\n1 2 3 4\n", "lacks mass, x, y, z, and has mass x y z; its columns are"),
+    "no_head.csv": (b"# of mine\n1,2,3,4\n", "lacks mass, x, y, z, and has of mine; its columns are"),
+    "unnamed.csv": (b",mass,x,y,z\n1,2,3,4,5\n", "unknown columns without a name"),
     "unknown.csv": (b"mass,x,y,z,spin\n1,2,3,4,5\n", "unknown"),
     "twice.csv": (b"mass,x,y,z,x\n1,2,3,4,5\n", "more than once, namely x"),
     "word.csv": (b"mass,x,y,z\n1,2,3,4\n1,2,three,4\n", "row 2 is not numbers"),
