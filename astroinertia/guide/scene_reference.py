@@ -25,7 +25,7 @@ HEAD = ("key", "what is written", "default", "meaning")
 REQUIRED = "**required**"
 # What is written for keys whose type does not say it.
 WRITTEN = {
-    "units": '`"code"`, or a table `[units]`',
+    "units": '`"code"`, `"SI"`, or a table `[units]`',
     "constant": 'a quantity in the unit of P/rho^gamma, or `"from body"`',
     "entropy": 'a quantity in the unit of P/rho^gamma, such as `"1e8 m4 kg^(-2/3) s-2"`; not negative',
     "effects": 'a table `[effects.KIND]` for each effect, or `"auto"`',

@@ -539,10 +539,10 @@ class TableBody(_Unknown, Body):
     def check(self, scene: Any) -> None:
         """A file that states no units has them in the scene; `load` takes those of one that does."""
         super().check(scene)
-        if scene.units is None:
+        if scene.units in (None, "SI"):
             raise ValueError(
                 '[units] with mass and length (or units = "code") is needed for a body of kind table, whose file '
-                "states no units."
+                'states no units; a table in SI takes units = "SI", and heads of CSV columns may have units: "x (km)".'
             )
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
@@ -583,7 +583,7 @@ class ProfileBody(_Unknown, _Stretched):
     def check(self, scene: Any) -> None:
         """Its file is in SI and sets no units."""
         super().check(scene)
-        if scene.units is None or scene.dimensionless:
+        if scene.units in (None, "SI") or scene.dimensionless:
             raise ValueError("[units] with mass and length is needed for a body of kind profile.")
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:

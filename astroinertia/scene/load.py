@@ -29,7 +29,7 @@ from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, p
 from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.units import shown
 
-SWEEP = "sweep"
+SWEEP, SI = "sweep", "SI"
 """The table that makes several runs of a scene: scene.sweep."""
 # Fields of a Scene that say where it came from and why it is so; no keys of a scene.
 RECORD = (*schema.ORIGIN, "reasons", "choice", "own", "observed")
@@ -100,7 +100,7 @@ def loads(
     tables = override(parse(text, name), overrides)
     overrides = (*overrides, *_listing(tables, effects, kinds, observed))
     tables = override(tables, overrides)
-    overrides = (*overrides, *_units_of_file(tables, origin), *_particles_to_choose(tables))
+    overrides = (*overrides, *_units_of_files(tables, origin), *_particles_to_choose(tables))
     tables = override(tables, overrides)
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
@@ -170,18 +170,25 @@ def _listing(
     return overrides
 
 
-def _units_of_file(tables: dict[str, Any], origin: str | None) -> list[str]:
-    """Overrides that give a scene without units those of the particle table that is its body, where that states any."""
-    body = tables.get("body")
-    if "units" in tables or not isinstance(body, dict) or body.get("kind") != "table":
-        return []
-    file = body.get("file")
-    if not isinstance(file, str) or not file:
-        return []
-    from astroinertia.sph.table import file_units  # only where there is a file to open
+def _units_of_files(tables: dict[str, Any], origin: str | None) -> list[str]:
+    """Overrides that give a scene without units, or in SI, those of the first particle table among its bodies.
 
-    own = file_units(Path(origin or ".") / file)
-    return [] if own is None or own.all_one else [f'units={{mass="{own.mass!r} kg", length="{own.length!r} m"}}']
+    None where a table is there whose numbers have no units: its body says so.
+    """
+    units, bodies = tables.get("units"), tables.get("bodies", [tables.get("body")])
+    if units not in (None, SI) or not isinstance(bodies, list):
+        return []
+    files = [body.get("file") for body in bodies if isinstance(body, dict) and body.get("kind") == "table"]
+    paths = [Path(origin or ".") / file for file in files if isinstance(file, str) and file]
+    if not files or len(paths) < len(files):
+        return []
+    from astroinertia.sph.table import units_for  # only where there is a file to open
+
+    stated = [sizes for path in paths if (sizes := units_for(path, units == SI)) is not None]
+    if len(stated) < len(paths):
+        return []
+    mass, length = stated[0]
+    return [f'units={{mass="{mass!r} kg", length="{length!r} m"}}']
 
 
 def _particles_to_choose(tables: dict[str, Any]) -> list[str]:
@@ -241,8 +248,8 @@ def _validated(
         if key not in KEYS:
             raise unknown_key((key,), [*KEYS, SWEEP])
     units = tables.get("units")
-    if units is not None and units != "code" and not isinstance(units, dict):
-        raise Problem(("units",), f': must be "code" or a table with mass and length, not {described(units)}.')
+    if units is not None and units not in ("code", SI) and not isinstance(units, dict):
+        raise Problem(("units",), f': must be "code", "SI" or a table with mass and length, not {described(units)}.')
     code = units == "code"
     if "effects" not in tables:
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")

@@ -95,7 +95,7 @@ class OwnBody(Body):
         super().check(scene)
         if self.particles is None:
             raise ValueError("[body] particles is missing (number of particles), by which it is made.")
-        if scene.units is None and (self.mass is None or self.radius is None):
+        if scene.units in (None, "SI") and (self.mass is None or self.radius is None):
             raise ValueError(
                 f'[units] with mass and length (or units = "code") is needed for a body of kind {self.name}, which '
                 "does not state mass and radius."

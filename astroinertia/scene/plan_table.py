@@ -7,7 +7,7 @@ import numpy as np
 from astroinertia.scene.initial_body import PlanLine, Shown
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.table import UNKNOWN, Table, in_code_units, read_table
+from astroinertia.sph.table import SI, UNKNOWN, Table, in_code_units, read_table
 
 
 def table_lines(body: Any, scene: Scene, shown: Shown) -> list[PlanLine]:
@@ -49,6 +49,8 @@ def _units(table: Table, scene: Scene, shown: Shown) -> tuple[str, str]:
         return (
             ("of the scene, G = 1", "") if scene.dimensionless else ("SI", "as all tables but snapshots of other codes")
         )
+    if table.units == SI and own is None:
+        return "SI", "from the units of its columns"
     if own is None or table.units == UNKNOWN:
         return "none stated", "taken for those of the scene, G = 1"
     if not scene.dimensionless:

@@ -195,8 +195,10 @@ class Scene(Part, metaclass=_Called):
         description="which model answers the scene: sph (particles), ellipsoid (a deformation that is linear in "
         "position), rigid (no deformation, or a prescribed one) or scaling (conservation laws)",
     )
-    units: Literal["code"] | Units | None = Field(
-        default=None, description='"code": plain numbers with G = 1 everywhere; or a table with mass and length'
+    units: Literal["code", "SI"] | Units | None = Field(
+        default=None,
+        description='"code": plain numbers with G = 1 everywhere; "SI": particle tables without units of their own are '
+        "in SI; or a table with mass and length",
     )
     bodies: Annotated[tuple[AnyBody, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=MOST_BODIES)] = (
         Field(default=(), description="several bodies in place of one (model sph)")

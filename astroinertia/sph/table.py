@@ -10,6 +10,7 @@ tests/unit/storage/test_table_hdf5.py, tests/unit/sph/test_table_of_snapshots.py
 import math
 import warnings
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,16 @@ from astroinertia.errors import SceneError, SceneWarning
 from astroinertia.sph.table_gadget import FileUnits, snapshot_columns, snapshot_units
 from astroinertia.sph.table_netcdf import netcdf_columns
 from astroinertia.sph.table_phantom import is_dump, read_dump
-from astroinertia.storage.columns import Columns, check_file, check_numbers, check_size, csv_columns, hdf5, npz_columns
+from astroinertia.storage.columns import (
+    Columns,
+    check_file,
+    check_numbers,
+    check_size,
+    csv_columns,
+    csv_states_units,
+    hdf5,
+    npz_columns,
+)
 from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_vectors
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
@@ -31,7 +41,12 @@ _ALIASES = {
     "m": "mass", "masses": "mass", "specific_internal_energy": "u", "internal_energy": "u", "rho": "density",
     "h": "smoothing_length", "hsml": "smoothing_length",
 }  # fmt: skip
-COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, _ALIASES)
+_DIMENSIONS = (
+    {"mass": "mass", "u": "specific_energy", "density": "density", "pressure": "pressure", "smoothing_length": "length"}
+    | dict.fromkeys("xyz", "length")
+    | dict.fromkeys(("vx", "vy", "vz"), "velocity")
+)
+COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, _ALIASES, _DIMENSIONS)
 SI, UNKNOWN = "SI", "unknown"
 
 
@@ -39,9 +54,10 @@ SI, UNKNOWN = "SI", "unknown"
 class Table:
     """mass (N,), position (N, 3), velocity (N, 3) (zero where not given), internal_energy (N,) or None.
 
-    units: SI or UNKNOWN of a snapshot of another code; None where they are those of whoever made the table. own: those
-    that it states. note: what of the file is among the particles or left out; unfit: what it has that a scene's body
-    cannot; both may be empty. columns: those of the file that are taken.
+    units: SI of a file that states its units, UNKNOWN of a snapshot of another code that states none, None of a table
+    that does not, which is in SI where the scene has units. own: those that a snapshot states. note: what of the file
+    is among the particles or left out; unfit: what it has that a scene's body cannot; both may be empty. columns: those
+    of the file that are taken.
     """
 
     mass: np.ndarray
@@ -66,7 +82,8 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     columns, units = (_READERS[suffix](path, COLUMNS), None) if snapshot is None else snapshot
-    return _checked(path, columns, fewest, units, snapshot is not None)
+    table = _checked(path, columns, fewest, units, snapshot is not None)
+    return replace(table, units=SI) if suffix in _CSV and csv_states_units(path, COLUMNS) else table
 
 
 def read_body(path: str | Path, units: CodeUnits, velocity_unit: float | None = None) -> Table:
@@ -96,6 +113,8 @@ def in_code_units(table: Table, path: str | Path, units: CodeUnits, velocity_uni
     if table.units == UNKNOWN:
         fast = 1.0 if velocity_unit is None else velocity_unit / units.unit("velocity")
         return _scaled(table, 1.0, 1.0, fast)
+    if dimensionless and table.units == SI and table.own is None:
+        raise SceneError(f'particle table {path} states units, but the scene has none (units = "code")')
     if dimensionless and table.own is not None:
         own = table.own
         return _scaled(table, 1.0 / own.mass, 1.0 / own.length, 1.0 / own.velocity / math.sqrt(own.in_itself))
@@ -110,13 +129,38 @@ def _scaled(table: Table, mass: float, length: float, velocity: float) -> Table:
     )  # fmt: skip
 
 
-def file_units(path: Path) -> FileUnits | None:
-    """The units that a file states, if it does; SceneError for what cannot be read."""
+def units_for(path: Path, in_si: bool) -> tuple[float, float] | None:
+    """Units of mass (kg) and length (m) for a scene that has none, from a table; None where its numbers have none.
+
+    Those that a snapshot states; of a CSV file whose columns have units, and of any plain table that is in SI (in_si),
+    its mass, and the distance of its outermost particle from the centre of mass. SceneError for what cannot be read.
+    """
+    own = None
     if is_dump(path):
         check_size(path, COLUMNS.what)
-        return read_dump(path, MAX_PARTICLES, COLUMNS.what).units
-    check_file(path, COLUMNS.what, tuple(_READERS))
-    return snapshot_units(path, COLUMNS.what) if path.suffix.lower() in HDF5_SUFFIXES else None
+        own = read_dump(path, MAX_PARTICLES, COLUMNS.what).units
+        in_si = False
+    else:
+        check_file(path, COLUMNS.what, tuple(_READERS))
+        suffix = path.suffix.lower()
+        own = snapshot_units(path, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
+        in_si = in_si or (suffix in _CSV and csv_states_units(path, COLUMNS))
+    if own is not None:
+        return None if own.all_one else (own.mass, own.length)
+    facts = path.stat()
+    return _extent(path, facts.st_size, facts.st_mtime_ns) if in_si else None
+
+
+@lru_cache(maxsize=8)  # members of a sweep have one table
+def _extent(path: Path, size: int, changed: int) -> tuple[float, float] | None:
+    table = read_table(path)
+    if table.units == UNKNOWN:
+        return None
+    total = float(table.mass.sum())
+    about = np.linalg.norm(table.position - table.mass @ table.position / total, axis=1).max()
+    if not (math.isfinite(total) and math.isfinite(about) and about > 0.0):
+        raise SceneError(f"particle table {path} has no extent that units could be taken from: give [units]")
+    return total, float(about)
 
 
 def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
@@ -126,7 +170,8 @@ def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     return columns
 
 
-_READERS = {".csv": csv_columns, ".npz": npz_columns, ".nc": _netcdf} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
+_CSV = (".csv", ".ecsv")
+_READERS = dict.fromkeys(_CSV, csv_columns) | {".npz": npz_columns, ".nc": _netcdf} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
 
 
 def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: FileUnits | None, snapshot: bool) -> Table:

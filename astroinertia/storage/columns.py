@@ -1,12 +1,14 @@
 """Columns of numbers in a file that may come from anywhere: CSV, npz and HDF5, read within limits.
 
 A CSV file names its columns in the first line that is not a comment (#), or in the comment right before numbers, as
-NumPy's savetxt writes it; an npz file holds one array a column, never pickled objects; of h5 and hdf5 files,
-table_hdf5.py tells. Tests: tests/unit/sph/test_initial_particles.py.
+NumPy's savetxt writes it; all of them with units or none: "x (km)" or "x [km]"; a table of astropy (ECSV) has the units
+in its comments. An npz file holds one array a column, never pickled objects; of h5 and hdf5 files, table_hdf5.py tells.
+Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import csv
 import itertools
+import re
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -18,22 +20,28 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.storage.bounded import npz_members, plain_text
 from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, hdf5_columns
-from astroinertia.units import shown
+from astroinertia.units import quantity, shown
 
 MAX_BYTES = 2**30
 _MAX_LINE = 1024
 _MOST_PASSED = 100_000
+_HEAD = re.compile(r"\s*(\w{1,40})\s*(?:\[([^\[\]]{1,40})\]|\(([^()]{1,40})\))\s*")
+_ECSV, _ECSV_UNIT = "# %ECSV", re.compile(r"# - \{name: ([^,}]{1,40}), unit: ([^,}]{1,40}),")
 
 
 @dataclass(frozen=True)
 class Columns:
-    """What a file should hold: how messages call it, its columns, other names for them, and the most rows."""
+    """What a file should hold: how messages call it, its columns, other names for them, and the most rows.
+
+    dimensions: of the columns, where a CSV file may state their units.
+    """
 
     what: str
     required: tuple[str, ...]
     optional: tuple[str, ...]
     most: int
     aliases: Mapping[str, str] = field(default_factory=dict)
+    dimensions: Mapping[str, str] = field(default_factory=dict)
 
     def named(self, name: str) -> str:
         """A column's own name."""
@@ -88,14 +96,15 @@ def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], row_
 
 
 def csv_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    """The columns of a CSV file by name."""
+    """The columns of a CSV file by name, in SI where its head states units."""
     numbers, rows = array("d"), 0  # eight bytes each, where a list of floats takes forty
-    names: list[str] = []
+    names, units, delimiter = _head(path, wanted)
+    wanted.check(path, names)
+    scales = np.array([_scale(path, wanted, name, units[name]) if units else 1.0 for name in names])
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = csv.reader(_limited(f"{wanted.what} {path}", file))
-            names = [wanted.named(name.strip()) for name in next(lines, [])]
-            wanted.check(path, names)
+            lines = csv.reader(_limited(f"{wanted.what} {path}", file), delimiter=delimiter)
+            next(lines, None)
             for row in itertools.islice(lines, wanted.most + 1):
                 if len(row) != len(names):
                     raise SceneError(f"{wanted.what} {path}: row {rows + 1} has {len(row)} values, not {len(names)}")
@@ -105,7 +114,42 @@ def csv_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
         raise SceneError(f"{wanted.what} {path} is not text") from error
     except (ValueError, csv.Error) as error:
         raise SceneError(f"{wanted.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
-    return dict(zip(names, np.array(numbers, dtype=float).reshape(-1, len(names)).T, strict=True))
+    columns = np.array(numbers, dtype=float).reshape(-1, len(names)).T
+    return dict(zip(names, columns * scales[:, None] if units else columns, strict=True))
+
+
+def csv_states_units(path: Path, wanted: Columns) -> bool:
+    """Whether the head of a CSV file states the units of its columns; SceneError where it does so of some only."""
+    return bool(_head(path, wanted)[1])
+
+
+def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str]:
+    """Names of the columns of a CSV file, their units where it states them, and what is between them."""
+    comments: list[str] = []
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            line = next(_limited(f"{wanted.what} {path}", file, comments), "")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{wanted.what} {path} is not text") from error
+    of_astropy = bool(comments) and comments[0].startswith(_ECSV)
+    delimiter = " " if of_astropy and "# delimiter: ','" not in map(str.strip, comments) else ","
+    heads = next(csv.reader([line], delimiter=delimiter), [])
+    parts = [_HEAD.fullmatch(head) if wanted.dimensions else None for head in heads]
+    names = [wanted.named(head.strip() if part is None else part[1]) for head, part in zip(heads, parts, strict=True)]
+    units = {name: part[2] or part[3] for name, part in zip(names, parts, strict=True) if part is not None}
+    if of_astropy and wanted.dimensions:
+        units |= {wanted.named(one[1]): one[2] for one in map(_ECSV_UNIT.match, comments) if one is not None}
+    if units and (without := [name for name in names if name not in units]):
+        with_unit = next(iter(units))
+        raise SceneError(f"{wanted.what} {path}: its column {without[0]} has no unit, but {with_unit} has one")
+    return names, units, delimiter
+
+
+def _scale(path: Path, wanted: Columns, name: str, unit: str) -> float:
+    try:
+        return quantity(f"1 {unit.strip()}", wanted.dimensions[name])
+    except SceneError as error:
+        raise SceneError(f"{wanted.what} {path}: the unit of {name}: {error}") from None
 
 
 def plain_number(text: str) -> float:
@@ -123,8 +167,8 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _limited(name: str, file: TextIO) -> Iterator[str]:
-    """The lines of a text but empty ones and comments, none of them read beyond what it may have.
+def _limited(name: str, file: TextIO, comments: list[str] | None = None) -> Iterator[str]:
+    """The lines of a text but empty ones and comments, which are kept in a list, none read beyond what it may have.
 
     A comment right before numbers, which are the first line, is one of them: the head of a table of NumPy's savetxt.
     """
@@ -144,6 +188,8 @@ def _limited(name: str, file: TextIO) -> Iterator[str]:
             raise SceneError(f"{name} has more than {_MOST_PASSED} empty lines and comments")
         else:
             head = line.removeprefix("#").strip()
+            if comments is not None:
+                comments.append(line)
 
 
 def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:

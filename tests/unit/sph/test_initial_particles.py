@@ -9,12 +9,14 @@ from scipy.spatial import cKDTree
 
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
-from astroinertia.scene.load import loads
+from astroinertia.scene.load import loads, resolved_text
+from astroinertia.scene.scales import code_units
 from astroinertia.sph import profiles
 from astroinertia.sph.placement import azimuthal_mode, isotropised, place, turned
 from astroinertia.sph.rotation import linear_velocity, rotation_velocity
-from astroinertia.sph.table import read_table
+from astroinertia.sph.table import read_body, read_table
 from astroinertia.storage import cache
+from astroinertia.units import DIMENSIONLESS, SOLAR_MASS
 
 PROFILES = {
     "uniform": profiles.uniform(),
@@ -215,6 +217,79 @@ def test_table_round_trip(tmp_path):
     assert (table.mass == 4).all()
 
 
+ECSV = """\
+# %ECSV 1.0
+# ---
+# datatype:
+# - {{name: mass, unit: solMass, datatype: float64}}
+# - {{name: x, unit: km, datatype: float64}}
+# - {{name: y, unit: km, datatype: float64, description: up}}
+# - {{name: z, unit: km, datatype: float64}}
+# schema: astropy-2.0
+mass x y z
+{}
+"""
+PLACES = np.random.default_rng(5).random((6, 4))
+_SIZES = np.array([SOLAR_MASS, 1e3, 1e3, 1e3])
+_BODY = """\
+[[bodies]]
+kind = "table"
+file = "{}"
+specific_internal_energy = "1e10 J/kg"
+position = ["{} km", "0 m", "0 m"]
+"""
+_OF_TABLES = """\
+name = "tables"
+model = "sph"
+{units}
+{bodies}
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = "1 s"
+"""
+
+
+@pytest.fixture
+def tables(tmp_path):
+    """The same particles with units in their heads, as astropy writes them, and in SI without."""
+
+    def rows(values, between):
+        return "\n".join(between.join(map(repr, row)) for row in values.tolist())
+
+    (tmp_path / "heads.csv").write_text("m [Msun],x (km),y (km), z [km]\n" + rows(PLACES, ","))
+    (tmp_path / "astropy.ecsv").write_text(ECSV.format(rows(PLACES, " ")))
+    (tmp_path / "si.csv").write_text("mass,x,y,z\n" + rows(PLACES * _SIZES, ","))
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["heads.csv", "astropy.ecsv"])
+def test_columns_with_units_become_si_and_go_with_no_scene_in_code_units(tables, name):
+    table = read_table(tables / name)
+    assert table.units == "SI"
+    np.testing.assert_allclose(table.mass, PLACES[:, 0] * SOLAR_MASS, rtol=1e-9)
+    np.testing.assert_allclose(table.position, PLACES[:, 1:] * 1e3, rtol=1e-15)
+    with pytest.raises(SceneError, match="states units, but the scene has none"):
+        read_body(tables / name, DIMENSIONLESS)
+
+
+def test_several_tables_need_no_units_where_each_states_its_own_or_all_are_in_si(tables):
+    def scene(units, *names):
+        bodies = "".join(_BODY.format(name, 9 * number) for number, name in enumerate(names))
+        return loads(_OF_TABLES.format(units=units, bodies=bodies), origin=str(tables))
+
+    for stated in (scene("", "heads.csv", "astropy.ecsv"), scene('units = "SI"', "heads.csv", "si.csv")):
+        assert code_units(stated).mass == pytest.approx(PLACES[:, 0].sum() * SOLAR_MASS, rel=1e-9)
+        centre = PLACES[:, 0] @ PLACES[:, 1:] / PLACES[:, 0].sum()
+        radius = 1e3 * np.linalg.norm(PLACES[:, 1:] - centre, axis=1).max()
+        assert code_units(stated).length == pytest.approx(radius, rel=1e-9)
+        assert code_units(loads(resolved_text(stated))) == code_units(stated)  # without the files
+    with pytest.raises(SceneError, match='whose file states no units; a table in SI takes units = "SI"'):
+        scene("", "heads.csv", "si.csv")
+
+
 @pytest.mark.parametrize("names", ["m,x,y,z,vx,vy,vz,internal_energy", "masses,x,y,z,vx,vy,vz,u,rho,hsml",
                                    "mass,x,y,z,vx,vy,vz,specific_internal_energy,density,h"])  # fmt: skip
 def test_columns_have_the_names_that_other_codes_give_them(tmp_path, names):
@@ -262,7 +337,9 @@ BAD = {
     "binary.csv": (bytes(range(256)), "not text"),
     "junk.npz": (bytes(range(256)), "not an npz file"),
     "junk.nc": (bytes(range(256)), "not the result of a run"),
-    "table.txt": (b"mass,x,y,z\n", "must be a .csv, .npz, .nc, .h5 or .hdf5"),
+    "some.csv": (b"mass (kg),x (km),y,z (km)\n" + b"1,0,0,0\n" * 4, "column y has no unit, but mass has one"),
+    "second.csv": (b"mass (kg),x (s),y (km),z (km)\n" + b"1,0,0,0\n" * 4, "the unit of x: '1 s' is not a length"),
+    "table.txt": (b"mass,x,y,z\n", "must be a .csv, .ecsv, .npz, .nc, .h5 or .hdf5"),
 }
 
 
