@@ -1,6 +1,7 @@
 """The kinds of bodies that a scene may ask for, validated and frozen, in SI (or code units)."""
 
 import math
+import re
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -307,16 +308,38 @@ class RotatingStarBody(Body):
         rate, spin = math.sqrt(gravity), self.mass * self.radius**2 * math.sqrt(gravity)
         wanted = {
             "axis_ratio": self.axis_ratio,
-            "rotational_to_gravitational": self.t_over_w,
+            "t_over_w": self.t_over_w,
             "breakup_fraction": self.breakup_fraction,
             "period": None if self.period is None else self.period * rate,
             "spin": None if self.rate is None else self.rate / rate,
             "angular_momentum": None if self.angular_momentum is None else self.angular_momentum / spin,
         }
         ((quantity, value),) = ((name, value) for name, value in wanted.items() if value is not None)
-        star = _unit_star(
-            self.index, self.law, None if self.scale is None else self.scale / self.radius, quantity, value
-        )
+        key = "rate" if quantity == "spin" else quantity
+        scale = None if self.scale is None else self.scale / self.radius
+        if value < 0.0:
+            raise SceneError(f"[body] {key} must not be negative, for a rotating_star turns about z.")
+        try:
+            star = _unit_star(self.index, self.law, scale, quantity, value)
+        except (ValueError, NumericalError) as error:
+            size = {"period": 1.0 / rate, "spin": rate, "angular_momentum": spin}.get(quantity, 1.0)
+            unit = {"period": " s", "spin": " rad s-1", "angular_momentum": " kg m2 s-1"}.get(quantity, "")
+            unit = "" if gravitational_constant == 1.0 else unit
+            limit = ""
+            if isinstance(error, NumericalError):
+                last = _last_star(self.index, self.law, scale)
+                most = {
+                    "axis_ratio": last.field.axis_ratio, "period": 2.0 * math.pi / last.angular_velocity,
+                    "spin": last.angular_velocity, "breakup_fraction": last.keplerian_fraction,
+                    "t_over_w": last.rotational_to_gravitational, "angular_momentum": last.angular_momentum,
+                }[quantity]  # fmt: skip
+                bound = "least" if quantity in ("axis_ratio", "period") else "most"
+                limit = f"; the {bound} {key} is {most * size:.4g}{unit}"
+                limit += "" if key == "axis_ratio" else f", at axis ratio {last.field.axis_ratio:.4g}"
+            reason = str(error).rpartition(", and ")[2]
+            if key != "axis_ratio":  # where the search ended
+                reason = re.sub(r"with axis ratio \S+ and ", "with ", reason)
+            raise SceneError(f"[body] {key} of {value * size:.6g}{unit}: {reason}{limit}.") from None
         return replace(
             star, mass=self.mass, equatorial_radius=self.radius, gravitational_constant=gravitational_constant
         )
@@ -354,22 +377,25 @@ class RotatingStarBody(Body):
 @lru_cache(maxsize=8)
 def _unit_star(index: float, kind: str, scale: float | None, quantity: str, value: float) -> Any:
     """In units of its mass, equatorial radius and G."""
-    from astroinertia.bodies.maclaurin_momentum import MomentumLaw  # only scenes with stars solve for one
-    from astroinertia.bodies.rotating_star import end_of_sequence, rotating_star_with
+    from astroinertia.bodies.rotating_star import rotating_star_with  # only scenes with stars solve for one
+
+    return rotating_star_with(quantity, value, *_matter_and_law(index, kind, scale))
+
+
+@lru_cache(maxsize=8)
+def _last_star(index: float, kind: str, scale: float | None) -> Any:
+    """The flattest, in the same units."""
+    from astroinertia.bodies.rotating_star import end_of_sequence
+
+    return end_of_sequence(*_matter_and_law(index, kind, scale))
+
+
+def _matter_and_law(index: float, kind: str, scale: float | None) -> tuple[Any, Any]:
+    from astroinertia.bodies.maclaurin_momentum import MomentumLaw
     from astroinertia.bodies.rotation_laws import RotationLaw
     from astroinertia.matter.barotropes import polytropic_matter
 
-    matter = polytropic_matter(index)
-    law = MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
-    try:
-        return rotating_star_with(quantity, value, matter, law)
-    except (ValueError, NumericalError) as error:
-        units_note = ""
-        if quantity in ("spin", "period", "angular_momentum"):
-            units_note = " (in units of its mass, equatorial radius and G)"
-        elif quantity == "axis_ratio" and isinstance(error, NumericalError):
-            units_note = f"; the least axis ratio is {end_of_sequence(matter, law).field.axis_ratio:.4g}"
-        raise SceneError(f"[body] {error}{units_note}.") from None
+    return polytropic_matter(index), MomentumLaw() if kind == "maclaurin" else RotationLaw(kind, scale)
 
 
 class Layer(Part):

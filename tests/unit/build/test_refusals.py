@@ -42,8 +42,21 @@ def nothing_is_prepared(monkeypatch):
 @pytest.mark.parametrize(
     ("body", "words"),
     [
-        (STAR + "axis_ratio = 0.5", "mass shedding.*least axis ratio is 0.6151"),
-        (STAR + "t_over_w = 0.2", "rotational_to_gravitational of 0.2: .* it reaches 0.059"),
+        (STAR + "axis_ratio = 0.5", "mass shedding.*least axis_ratio is 0.6151"),
+        (
+            STAR + "t_over_w = 0.2",
+            r"\[body\] t_over_w of 0.2: .*mass shedding.*the most t_over_w is 0.05947, at axis ratio 0.6151",
+        ),
+        (
+            STAR.replace("mass = 1.0", "mass = 2.0") + "rate = 1.6",
+            r"\[body\] rate of 1.6: .*the most rate is 1.445, at",
+        ),
+        (
+            STAR.replace("mass = 1.0", "mass = 4.0") + "period = 3.0",
+            r"\[body\] period of 3: .*the least period is 3.074, at",
+        ),
+        (STAR + "rate = -0.05", r"\[body\] rate must not be negative, for a rotating_star turns about z"),
+        (STAR + "angular_momentum = 9.0", r"\[body\] angular_momentum of 9: .*the most angular_momentum is 0.1349"),
         (POLYTROPE + "period = 11.0", r"1.08 times as fast .* at least 11.88, .*index 1.5 sheds mass"),
         (POLYTROPE + "rate = -0.6", "1.13 times as fast"),
         (POLYTROPE + "angular_momentum = 0.2", "angular_momentum is 1.19 times .* at most 0.168"),
