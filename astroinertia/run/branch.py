@@ -82,7 +82,9 @@ def branch(
             if not max(stored.time, until or 0.0) < code_units(new).to_code(new.time.end, "time"):
                 raise SceneError("a branch must end later than it begins: set time.end.")
             body = _carried_to(archive, scene, stored, stored.time if until is None else until)
-        described |= _origin(archive, scene, new, stored, body.time, settings)
+        particles: Any = body  # no other model begins with a snapshot
+        again = sorted(particles.state.memory) if stored.snapshot else []
+        described |= _origin(archive, scene, new, stored, body.time, settings, again)
         with shared_out(new.numerics.devices):
             return run_prepared(described, branched(new, body), folder, listener, begun, None, deadline, called)
 
@@ -143,20 +145,31 @@ def _carried_to(archive: Archive, scene: Scene, stored: _Stored, until: float) -
 
 
 def _origin(
-    archive: Archive, scene: Scene, new: Scene, stored: _Stored, time: float, settings: Sequence[str]
+    archive: Archive,
+    scene: Scene,
+    new: Scene,
+    stored: _Stored,
+    time: float,
+    settings: Sequence[str],
+    again: Sequence[str],
 ) -> dict[str, Any]:
-    """What a branch's description has of where it comes from, and its history, which is the run's until then."""
+    """What a branch's description has of where it comes from, and its history, which is the run's until then.
+
+    again: what effects have evolved for themselves, and a snapshot lacks.
+    """
     units = code_units(scene)
     name, seconds, begins = archive.metadata["name"], units.to_si(time, "time"), units.to_si(stored.time, "time")
     changed = [*settings, *(f"the effect {kind}" for kind in new.own if kind not in scene.own)]
     event = f"branched from the run '{name}' at {shown_time(scene, seconds)}, by {stored.place}"
     if not math.isclose(begins, seconds, rel_tol=1e-12):
         event += f" at {shown_time(scene, begins)}, and on from there"
+    if again:
+        event += f" ({' and '.join(again)}, which snapshots lack, began again at {shown_time(scene, begins)})"
     return {
         "structure": archive.metadata.get("structure", {}),
         BRANCH: {
             "run": name, "folder": str(archive.folder), "manifest_sha256": archive.digest, "time": seconds,
-            "state": stored.place, "state_time": begins, "changed": changed,
+            "state": stored.place, "state_time": begins, "began_again": list(again), "changed": changed,
         },
         **dated(archive.metadata, f"{event}, with {' and '.join(changed) or 'nothing changed'}"),
     }  # fmt: skip

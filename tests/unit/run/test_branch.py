@@ -67,7 +67,11 @@ def test_what_is_changed_and_where_it_began_is_in_its_history(star, tmp_path) ->
     assert ds.time.values == pytest.approx([0.3, 0.4, 0.5, 0.6, 0.7, 0.8], abs=1e-12)
     line = ds.attrs["history"].splitlines()[-1]
     assert "branched from the run 'star' at time 0.3, by the snapshot 0 of snapshots-" in line
-    assert line.endswith("and on from there, with effects.damping.time_scale=0.5 and time.end=0.8")
+    # The switch of the viscosity follows shocks by what it was before, which a snapshot does not have.
+    assert (
+        "and on from there (viscosity_alpha and viscosity_trend, which snapshots lack, began again at time 0.2)" in line
+    )
+    assert line.endswith(", with effects.damping.time_scale=0.5 and time.end=0.8")
     origin = json.loads(ds.attrs["branched_from"])
     assert (origin["run"], origin["folder"], origin["time"]) == ("star", str(star), pytest.approx(0.3))
     assert origin["manifest_sha256"] == Archive.view(star).digest and origin["changed"] == ADDED
@@ -82,6 +86,7 @@ def test_it_begins_with_the_last_state_before_its_time(star, tmp_path, at, place
     assert float(ds.time[0]) == pytest.approx(at, abs=1e-14)
     origin = json.loads(ds.attrs["branched_from"])
     assert origin["state"].startswith(place) and origin["state_time"] <= at
+    assert bool(origin["began_again"]) == place.startswith("the snapshot")
     run = astroinertia.open(star)
     if at in (0.1, 0.4):  # records of the run
         there = run.sel(time=at, method="nearest")
