@@ -104,9 +104,10 @@ def _add_slice(u, v, w, size, mass, support, centres, image):
                 continue
             chord = np.sqrt(radius**2 - beside)
             left, right = _covered(u[k] - chord, u[k] + chord, centres[0], width)
-            for column in range(max(left, 0), min(right, count - 1) + 1):
-                q = np.sqrt((centres[column] - u[k]) ** 2 + beside) / h
-                image[row, column] += mass[k] / h**3 * _kernel(np, q)
+            left, right = max(left, 0), max(min(right, count - 1) + 1, 0)
+            places, line, weight = centres[left:right], image[row, left:right], mass[k] / h**3
+            for column in range(np.uint64(line.size)):  # an unsigned number, and parts of arrays: several at a time
+                line[column] += weight * _kernel(np, np.sqrt((places[column] - u[k]) ** 2 + beside) / h)
 
 
 @njit(cache=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from PIL import Image
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
@@ -219,6 +219,8 @@ def plain_log(axis: Any, low: float, high: float) -> None:
     decades = np.log10(high / low)
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=12))
     axis.set_minor_formatter(NullFormatter())
+    if not 2.5 <= decades <= 4.5:  # between 1, 2 and 5 they say little, and in many decades they are a grey band
+        axis.set_minor_locator(NullLocator())
     if low >= 1e-3 and high <= 1e5:
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     elif decades < 2.5:

@@ -202,6 +202,17 @@ def test_a_command_imports_only_what_it_uses(command, tmp_path):
     assert set((tmp_path / "loaded").read_text().split()) <= needed
 
 
+def test_no_cycles_of_objects_are_looked_for_at_the_end_of_the_process(tmp_path):
+    program = (
+        "import gc; from astroinertia.__main__ import main; main();"
+        "open('kept', 'w').write(str(gc.get_freeze_count()))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", program, "guide"]
+    subprocess.run(command, capture_output=True, check=True, cwd=tmp_path, env=environment)
+    assert int((tmp_path / "kept").read_text()) > 10_000
+
+
 def test_no_cycles_of_objects_are_looked_for_while_pictures_are_drawn(monkeypatch, tmp_path):
     from astroinertia import plots
 
