@@ -98,9 +98,9 @@ def run_scene(
     callback: a function that is called with the state (run.state.RunState: time, positions, inertia_tensor,
     ledger_closure and so on, in SI with units) at the start, at the end, and at each record of the series, or `every`
     so often: a time, such as "2 min" or 2 * u.min, or a whole number of steps. It comes at the first step at or past
-    each (of models without particles at the first record), and changes nothing in the run. Where it returns False the
-    run is saved and stopped, up to 15 steps later, its folder is returned, and `resume` goes on; what it raises comes
-    out when the run is saved.
+    each (of models without particles at the first record), and changes nothing in the run. Where it returns
+    False the run is saved and stopped, up to 15 steps later, its folder is returned, and `resume` goes on; what it
+    raises comes out when the run is saved.
 
     progress: whether to show how far it is; without it, where stderr is a terminal or in a notebook, unless a listener
     is given.

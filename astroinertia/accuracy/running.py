@@ -22,6 +22,7 @@ from astroinertia.run import loop
 from astroinertia.run.callback import STOPPED, Callback, callback_of
 from astroinertia.run.loop import Completion, Listener, Progress
 from astroinertia.scene import load
+from astroinertia.scene.changed import going_on
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import MANIFEST, Archive
 from astroinertia.storage.atomic import own_folder
@@ -88,7 +89,7 @@ def resume(
     if archive.finished is not None and not settings and missing(archive, effects):
         return archive.finished  # nothing is left for them to do
     scene = scene_of(archive, effects)
-    called = callback_of(callback, every, scene)
+    called = callback_of(callback, every, going_on(scene, settings) if settings else scene)
     completed = _completion(scene, folder, listener, deadline)
     return loop.resume(folder, listener, completed, deadline, effects, called, settings)
 

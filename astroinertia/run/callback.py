@@ -11,7 +11,7 @@ from astroinertia.engines import hosts
 from astroinertia.errors import SceneError
 from astroinertia.run.state import RunState
 from astroinertia.scene.dimensional import checked, dimensional
-from astroinertia.scene.plan import code_units
+from astroinertia.scene.plan import cadence, code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown, with_unit, written_quantity
 
@@ -81,12 +81,24 @@ def _time(every: Any, scene: Scene) -> float:
         if not isinstance(every, str | int | float | list):
             raise ValueError(f"must be a time or a number of steps, not something of the type {_type(every)}.")
         seconds = checked(dimensional(every, "time", scene.dimensionless), "positive")
+        _refuse_between_records(seconds, scene)
     except (ValueError, SceneError) as error:
         raise SceneError(f"every: {error}") from None
     apart = code_units(scene).to_code(seconds, "time")
     if not (apart > 0.0 and math.isfinite(apart)):
         raise SceneError("every must be a time that the run's units can hold.")
     return apart
+
+
+def _refuse_between_records(seconds: float, scene: Scene) -> None:
+    """SceneError for times between the records of a run without particles, which goes from record to record."""
+    records = cadence(scene).series_every
+    if scene.model != "sph" and records is not None and seconds < records * (1.0 - 1e-9):
+        unit = "" if scene.dimensionless else " s"
+        raise SceneError(
+            f"a run of the model {scene.model} is seen at its records, {records:g}{unit} apart: give no shorter time, "
+            "or a shorter output.series_every."
+        )
 
 
 def _type(value: Any) -> str:

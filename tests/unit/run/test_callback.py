@@ -125,6 +125,15 @@ def test_models_without_particles_are_seen_at_their_records(scene: Any, every: A
     assert not hasattr(states[0], "densities") and hasattr(states[0], "angular_momentum")
 
 
+@pytest.mark.parametrize("every", ["1 s", 1.9 * u.s])
+def test_times_between_the_records_of_a_run_without_particles_are_refused(every: Any, tmp_path: Path) -> None:
+    with pytest.raises(
+        SceneError, match="every: a run of the model rigid is seen at its records, 2 s apart: give no shorter"
+    ):
+        astroinertia.run_scene(TOP, tmp_path / "run", callback=print, every=every)
+    assert not (tmp_path / "run").exists()
+
+
 def test_times_are_met_at_the_first_step_past_each(tmp_path: Path) -> None:
     times = []
     scene = {**STAR, "output": {"series_steps": 1}}
