@@ -3,11 +3,13 @@
 Marks in the user's cache, beside what they tell of. They save a prediction from importing an engine to find out.
 """
 
+import os
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
+from astroinertia.process.kept_programs import processor
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
@@ -16,7 +18,10 @@ _VERSION = 1  # part of the keys: raise it when what they depend on changes
 
 
 def compiled(scene: Scene) -> bool:
-    """Whether loops for these effects, kernel and precision have been compiled."""
+    """Whether loops for these effects, kernel and precision have been compiled.
+
+    By this version, for this processor, and where numba looks for them now: others are of no use.
+    """
     return cache.load("compiled", _loops(scene)) is not None
 
 
@@ -47,7 +52,8 @@ def _loops(scene: Scene) -> str:
     return cache.content_key(
         effects=sorted(choices.items()), attraction=attraction, kernel=numerics.kernel, precision=scene.precision,
         timesteps=numerics.timesteps, box=scene.box is not None, matter=fluid.kind, engine=numerics.engine,
-        versions=[version("numba"), version("numpy")], marks=_VERSION,
+        versions=[version(package) for package in ("astroinertia", "numba", "numpy")], processor=processor(),
+        place=os.environ.get("NUMBA_CACHE_DIR", ""), marks=_VERSION,
     )  # fmt: skip
 
 

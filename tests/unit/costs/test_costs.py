@@ -187,6 +187,21 @@ def test_what_was_done_before_is_not_done_again():
     assert "compiling" in predicted("effects.conduction={}").parts
 
 
+def test_what_another_processor_version_or_folder_has_compiled_is_compiled_again(monkeypatch):
+    scene = load.loads(STAR)
+    experience.note(scene)
+    assert "compiling" not in predict(scene, machine.shipped()).parts
+    for change in (
+        lambda context: context.setenv("NUMBA_CACHE_DIR", "/elsewhere"),
+        lambda context: context.setattr(experience, "processor", lambda: "another"),
+        lambda context: context.setattr(experience, "version", lambda package: f"another {package}"),
+    ):
+        with monkeypatch.context() as context:
+            change(context)
+            assert "compiling" in predict(scene, machine.shipped()).parts
+    assert "compiling" not in predict(scene, machine.shipped()).parts
+
+
 def test_a_run_that_is_cut_short_is_predicted_short():
     whole, cut = predicted(), predicted("time.max_steps=10")
     assert cut.steps == 10.0
