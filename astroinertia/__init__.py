@@ -212,8 +212,8 @@ def branch(
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     ds = open(branch("runs/star", folder + "/branch", "12 min", {"time.end": "15 min"}))
-    >>> print(ds.attrs["history"].split(" and ")[-1])
-    on from there, with time.end="15 min"
+    >>> print(ds.attrs["history"].split(", with ")[-1])
+    time.end="15 min"
     """
     from astroinertia.process import kept_programs, requirements
 

@@ -24,10 +24,12 @@ from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.numba_passes import virial_effects
 from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.process.few import FEW
 from tests.full_results import LEVELS
 
 ROOT = Path(__file__).parent.parent
@@ -110,14 +112,18 @@ def sums_of_a_step(precision):
 
 def programs():
     """The generated modules of those sums in both precisions, by name."""
+
+    def virials(terms):  # which so few particles have in every sum, so that records and steps share a program
+        return COUNT <= FEW and bool(virial_effects(terms))
+
     order, _ = multipole.settings(ACCURACY)
     neighbours = [*PASSES.values(), (SOFTENED_LESS_POINT,)]
     modules = {"lists": sys.modules[numba_modules.lists_pass().py_func.__module__]}
     for precision in PRECISIONS:
         made = [
             numba_modules.density_pass(KERNEL, precision, True)[0],
-            *(numba_modules.neighbour_pass(KERNEL, terms, precision, False).module for terms in neighbours),
-            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False)[0],
+            *(numba_modules.neighbour_pass(KERNEL, terms, precision, virials(terms)).module for terms in neighbours),
+            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, virials((DIRECT_GRAVITY,)))[0],
             multipole._module(order, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}

@@ -269,17 +269,17 @@ def test_the_limit_of_wall_time_holds_while_a_run_is_prepared(tmp_path):
 
 DRAWING = """
 import os, signal, sys, time
+from PIL import Image
 from astroinertia.plots import pictures
 from astroinertia.cli.main import main
-from astroinertia.plots import style
 
-def stopped_in_the_middle(aside, pixels, **options):
+def stopped_in_the_middle(image, aside, *options, **more):
     aside.write_bytes(b"half a picture")
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(600.0)
 
 pictures.FIGURES = {"spin": pictures.FIGURES["spin"]}
-style.imsave = stopped_in_the_middle
+Image.Image.save = stopped_in_the_middle
 sys.exit(main(["show", sys.argv[1]]))
 """
 

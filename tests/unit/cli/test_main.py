@@ -204,8 +204,7 @@ def test_a_command_imports_only_what_it_uses(command, tmp_path):
 
 def test_no_cycles_of_objects_are_looked_for_at_the_end_of_the_process(tmp_path):
     program = (
-        "import gc; from astroinertia.__main__ import main; main();"
-        "open('kept', 'w').write(str(gc.get_freeze_count()))"
+        "import gc; from astroinertia.__main__ import main; main();open('kept', 'w').write(str(gc.get_freeze_count()))"
     )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", program, "guide"]

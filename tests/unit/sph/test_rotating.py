@@ -153,7 +153,7 @@ def test_scenes_that_contradict_themselves_are_reported():
             loads(SCENE, (setting,))
         assert message in str(caught.value), setting
     scene = loads(SCENE, ("body.axis_ratio=0.5",))
-    with pytest.raises(SceneError, match=r"^\[body\] no polytrope of index 1.5 .*mass shedding"):
+    with pytest.raises(SceneError, match=r"^\[body\] axis_ratio of 0\.5: no polytrope of index 1\.5 .*mass shedding"):
         sphere(scene, code_units(scene))
 
 
