@@ -58,7 +58,8 @@ def _typed_once() -> Iterator[None]:
     Compiling holds numba's lock, so that no other thread compiles meanwhile.
     """
     before = BaseFunction.get_call_type, Dispatcher.get_call_type
-    BaseFunction.get_call_type, Dispatcher.get_call_type = _kept_call_type, _plain_call_type
+    BaseFunction.get_call_type = _kept_call_type  # type: ignore[method-assign]
+    Dispatcher.get_call_type = _plain_call_type  # type: ignore[method-assign]
     try:
         yield
     finally:
