@@ -14,15 +14,18 @@ from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
 
-_VERSION = 1  # part of the keys: raise it when what they depend on changes
+_VERSION = 2  # part of the keys: raise it when what they depend on changes
+_OF_NO_EFFECT = 2.0  # what neighbours, densities and multipoles take to compile, over what an effect takes
 
 
-def compiled(scene: Scene) -> bool:
-    """Whether loops for these effects, kernel and precision have been compiled.
+def left_to_compile(scene: Scene) -> float:
+    """The share of the loops for these effects, kernel and precision that has not been compiled, 0 to 1.
 
     By this version, for this processor, and where numba looks for them now: others are of no use.
     """
-    return cache.load("compiled", _loops(scene)) is not None
+    loops = _loops(scene)
+    left = sum(weight for key, weight in loops.items() if cache.load("compiled", key) is None)
+    return left / sum(loops.values())
 
 
 def placed(scene: Scene) -> bool:
@@ -33,28 +36,33 @@ def placed(scene: Scene) -> bool:
 def note(scene: Scene) -> None:
     """Particles have been run: their loops are compiled now, and their bodies kept."""
     if scene.model == "sph":
-        cache.save("compiled", _loops(scene), {"done": np.ones(1)})
+        for key in _loops(scene):
+            cache.save("compiled", key, {"done": np.ones(1)})
         cache.save("placed", _bodies(scene), {"done": np.ones(1)})
 
 
-def _loops(scene: Scene) -> str:
-    numerics = scene.numerics
-    choices = {
-        kind: sorted(
-            (name, value) for name, value in options.items() if isinstance(value, str | bool) and name != "method"
-        )
-        for kind, options in scene.effects.items()
-    }
-    fluid: Any = scene.equation_of_state
+def _loops(scene: Scene) -> dict[str, float]:
+    """Keys of what is compiled apart, and how much it is: by effect and precision (records are in float64)."""
+    numerics, fluid = scene.numerics, scene.equation_of_state
+    common: dict[str, Any] = {
+        "kernel": numerics.kernel, "engine": numerics.engine, "box": scene.box is not None, "processor": processor(),
+        "versions": [version(package) for package in ("astroinertia", "numba", "numpy")],
+        "place": os.environ.get("NUMBA_CACHE_DIR", ""), "marks": _VERSION,
+    }  # fmt: skip
     attraction = ""
     if "gravity" in scene.effects and scene.particles is not None:
         attraction = gravity_method(scene, scene.particles)
-    return cache.content_key(
-        effects=sorted(choices.items()), attraction=attraction, kernel=numerics.kernel, precision=scene.precision,
-        timesteps=numerics.timesteps, box=scene.box is not None, matter=fluid.kind, engine=numerics.engine,
-        versions=[version(package) for package in ("astroinertia", "numba", "numpy")], processor=processor(),
-        place=os.environ.get("NUMBA_CACHE_DIR", ""), marks=_VERSION,
-    )  # fmt: skip
+    loops = {}
+    for precision in {"float64", scene.precision}:
+        loops[cache.content_key(attraction=attraction, precision=precision, **common)] = _OF_NO_EFFECT
+        for kind, options in scene.effects.items():
+            choices = sorted(
+                (name, value) for name, value in options.items() if isinstance(value, str | bool) and name != "method"
+            )
+            loops[cache.content_key(effect=kind, choices=choices, precision=precision, **common)] = 1.0
+    matter = None if fluid is None else fluid.kind
+    loops[cache.content_key(matter=matter, timesteps=numerics.timesteps, **common)] = 1.0
+    return loops
 
 
 def _bodies(scene: Scene) -> str:

@@ -92,8 +92,8 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     counts = met.at_most(scene.time.max_steps or math.inf)
     costs = machine.seconds
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
-    if not experience.compiled(scene):
-        parts["compiling"] = costs["compile.sph"]
+    if (left := experience.left_to_compile(scene)) > 0.0:
+        parts["compiling"] = left * costs["compile.sph"]
     if not experience.placed(scene):
         parts |= _placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
