@@ -67,52 +67,52 @@ class Machine:
     description: dict[str, Any]
 
 
-# As `calibrate` found on a 2-core x86-64 machine that other jobs shared: processor times, and wall times that are those
-# over two where both cores share the work. Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.*
-# of a pair; those of fixed.* are what a pass takes however few particles there are. compile.sph is of
-# a first run with 500 particles on such a machine that did nothing else (tests/benchmarks/results/cold_start.md).
+# As `calibrate` found on a quiet machine of two x86-64 cores with AVX-512 (tests/benchmarks/results/predicted_steps.md
+# has runs against them). Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.* of a pair; those of
+# fixed.* are what a pass takes however few particles there are; compile.sph is all that a first run of particles
+# compiles.
 REFERENCE_NEIGHBOURS = 74.0
 SHIPPED_MACHINE = "a 2-core x86-64 machine"
 PRECISIONS = ("mixed", "float64")
 SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
-    "start": (4.0, 4.0),
-    "prepare.ellipsoid": (10.0, 10.0),
-    "step.ellipsoid": (0.00057, 0.00057),
-    "record.ellipsoid": (0.0085, 0.0085),
-    "record.scaling": (0.00046, 0.00046),
-    "prepare.splitting": (3.2, 3.2),
-    "step.splitting": (9.5e-06, 9.5e-06),
-    "record.splitting": (0.009, 0.009),
-    "step.adaptive": (5e-05, 5e-05),
-    "record.adaptive": (0.022, 0.022),
-    "prepare.adaptive": (4.5, 4.5),
-    "companions": (6.5, 6.5),
-    "prepare.sph": (1.3, 1.3),
-    "record": (0.0024, 0.0024),
-    "record.particle": (1e-05, 1e-05),
-    "rest": (3.1e-07, 3.1e-07),
-    "individual.end": (0.0069, 0.0069),
-    "individual.particle": (5.6e-06, 1.1e-05),
-    "place.particle": (0.00064, 0.00064),
-    "write": (0.0083, 0.0083),
-    "write.byte": (3.4e-08, 3.4e-08),
-    "compile.sph": (30.0, 30.0),
-    "fixed.density": (0.00016, 0.00016),
-    "fixed.gradients": (0.00035, 0.00035),
-    "fixed.forces": (0.00035, 0.00035),
-    "fixed.multipole": (1.4e-05, 1.4e-05),
-    "fixed.direct": (0.0005, 0.0005),
-    "fixed.rest": (0.0041, 0.0041),
-    "mixed.density": (1.7e-06, 3.5e-06),
-    "mixed.gradients": (1.2e-06, 2.5e-06),
-    "mixed.forces": (1.8e-06, 3.7e-06),
-    "mixed.multipole": (1.2e-06, 2.4e-06),
-    "mixed.direct": (4.9e-10, 9.9e-10),
-    "float64.density": (2.1e-06, 4.1e-06),
-    "float64.gradients": (1.5e-06, 3.1e-06),
-    "float64.forces": (2.5e-06, 4.9e-06),
-    "float64.multipole": (3.4e-06, 6.9e-06),
-    "float64.direct": (1.4e-09, 2.9e-09),
+    "start": (2.4, 2.6),
+    "prepare.ellipsoid": (4.0, 5.4),
+    "step.ellipsoid": (0.00023, 0.00044),
+    "record.ellipsoid": (0.0016, 0.002),
+    "record.scaling": (0.00017, 0.00018),
+    "prepare.splitting": (2.2, 2.9),
+    "step.splitting": (6.1e-06, 6.1e-06),
+    "record.splitting": (3.8e-05, 4.7e-05),
+    "step.adaptive": (1.3e-05, 1.3e-05),
+    "record.adaptive": (4.5e-05, 5.1e-05),
+    "prepare.adaptive": (2.0, 2.6),
+    "companions": (3.1, 4.6),
+    "prepare.sph": (0.61, 0.6),
+    "record": (0.00075, 0.00075),
+    "record.particle": (6.1e-06, 1.1e-05),
+    "rest": (2.3e-07, 1.3e-07),
+    "individual.end": (0.0031, 0.003),
+    "individual.particle": (2.1e-06, 2.8e-06),
+    "place.particle": (0.0004, 0.0004),
+    "write": (0.0043, 0.003),
+    "write.byte": (2e-08, 1.9e-08),
+    "compile.sph": (38.0, 38.0),
+    "fixed.density": (0.00022, 0.0004),
+    "fixed.gradients": (0.00019, 0.00041),
+    "fixed.forces": (0.00039, 0.00054),
+    "fixed.multipole": (7.3e-05, 7.3e-05),
+    "fixed.direct": (0.00036, 0.0011),
+    "fixed.rest": (0.0013, 0.0018),
+    "mixed.density": (2.6e-07, 5e-07),
+    "mixed.gradients": (2.2e-07, 4.1e-07),
+    "mixed.forces": (3e-07, 6e-07),
+    "mixed.multipole": (6.4e-07, 1.2e-06),
+    "mixed.direct": (2.1e-10, 4.2e-10),
+    "float64.density": (3.6e-07, 6.1e-07),
+    "float64.gradients": (3.5e-07, 6.3e-07),
+    "float64.forces": (5.9e-07, 1.2e-06),
+    "float64.multipole": (1.5e-06, 2.7e-06),
+    "float64.direct": (5.5e-10, 1.1e-09),
 }
 # Bytes of a run that does next to nothing, from the same, and bytes a particle more: the most that a step of Evrard's
 # cloud holds, rounded up (tests/benchmarks/results/memory.md).
