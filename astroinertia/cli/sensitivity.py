@@ -35,10 +35,13 @@ def add_arguments(add: Add) -> None:
 def sweep_of(scene: "Scene", options: Options) -> tuple["Sweep", Path]:
     """The runs that tell, and their folder; what is to be printed is looked at before any of them."""
     from astroinertia.accuracy.selected_observables import parsed
+    from astroinertia.errors import SceneError
     from astroinertia.sweeps.sensitivity import sensitivity_sweep
+    from astroinertia.units import shown
 
     for name in options.of:
-        parsed(name)
+        if parsed(name).of_series:
+            raise SceneError(f"--of '{shown(name)}': a frequency has no sensitivity here; name the series itself.")
     folder = options.output or Path("runs") / f"{scene.name}-sensitivity"
     return sensitivity_sweep(scene, options.by, options.step), folder
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.sweeps.ensemble import run_sweep
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
@@ -77,6 +78,14 @@ def test_a_key_that_is_zero_is_refused():
     scene = astroinertia.load(CORE, ["body.index=0.0"])
     with pytest.raises(SceneError, match=r"'body\.index' is 0"):
         sensitivity_sweep(scene, ["body.index"])
+
+
+def test_the_command_refuses_the_frequency_of_a_series(tmp_path, capsys):
+    """The frequency of a derivative is not the derivative of a frequency."""
+    words = ["--by", "body.mass", "--of", "frequency of inertia_tensor z z", "--output", str(tmp_path / "runs")]
+    assert main(["sensitivity", str(CORE), *words]) == 2
+    assert "a frequency has no sensitivity here" in capsys.readouterr().err
+    assert not (tmp_path / "runs").exists()
 
 
 def test_the_result_of_another_sweep_is_refused(tmp_path):
