@@ -6,11 +6,13 @@ import runpy
 from pathlib import Path
 from unittest import mock
 
+import jax
+
 SIMS = Path(__file__).parents[1] / "sims"
 
 
 def run_sim(name, *options, code=0):
-    """What a script printed, to either stream; it must end with this exit code and without a traceback."""
+    """What a script printed, to either stream; it must end with this exit code and leave JAX as it was."""
     printed, ended = io.StringIO(), 0
     with (
         mock.patch("sys.argv", [name, *map(str, options)]),
@@ -22,4 +24,5 @@ def run_sim(name, *options, code=0):
         except SystemExit as stopped:
             ended = stopped.code or 0
     assert ended == code, printed.getvalue()
+    assert not jax.config.jax_enable_x64, f"{name} has changed the precision of everything after it"
     return printed.getvalue()

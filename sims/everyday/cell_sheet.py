@@ -25,8 +25,6 @@ from astroinertia.inertia.target import target_energy
 from astroinertia.inertia.tensor import second_moment_from_inertia
 from astroinertia.plots import style
 
-jax.config.update("jax_enable_x64", True)
-
 VERTICES = 32
 AREA = 1.0  # of a new cell
 OF_AREA, OF_OUTLINE, OF_BENDS, OF_TENSOR, OF_CONTACT = 40.0, 8.0, 1.5, 60.0, 300.0  # stiffnesses
@@ -184,14 +182,16 @@ def main() -> None:
     chosen = parser.parse_args()
     if not 2 <= chosen.cells <= 200 or not 1 <= chosen.elongation <= 4:
         parser.error("the cells must be between 2 and 200, and the elongation between 1 and 4")
-    sheets, energy = grown(chosen.cells, chosen.elongation, chosen.seed)
-    reached = elongations(sheets[-1])
+    with jax.enable_x64(True):
+        sheets, energy = grown(chosen.cells, chosen.elongation, chosen.seed)
+        reached = elongations(sheets[-1])
+        figure = picture(sheets, energy, chosen.elongation)
     print(
         f"{len(sheets[-1])} cells, elongation {reached.mean():.3f} +- {reached.std():.3f}, wanted {chosen.elongation:g}"
     )
     print(f"energy at rest {energy[-1]:.4f}, {np.sum(np.diff(energy) > 0)} steps of {len(energy)} went up")
     if chosen.output:
-        print(f"picture: {style.save(picture(sheets, energy, chosen.elongation), chosen.output)}")
+        print(f"picture: {style.save(figure, chosen.output)}")
 
 
 if __name__ == "__main__":
