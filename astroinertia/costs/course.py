@@ -14,10 +14,11 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.build.spin import breakup_rate
-from astroinertia.costs import shells
+from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
+from astroinertia.scene.bodies import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
@@ -31,6 +32,8 @@ SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has beco
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
 NO_LIMIT = 1e6  # a factor of the step that leaves another limit to be the shortest
+LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
+HALVINGS = 60  # in which a size is looked for
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
@@ -40,7 +43,8 @@ class Sphere:
     """What of a body sets its course, in code units with W, H and S as above.
 
     densest: density that particles see at the centre; sound: its speed there; gamma: of the pressure. speed: a' at the
-    start; smooth: whether it stays similar to itself without any shock.
+    start; smooth: whether it stays similar to itself without any shock. cooling_time, cooling_change: tau at first, in
+    which it loses its heat, and the rate at which tau changes.
     """
 
     gravity: float
@@ -53,6 +57,30 @@ class Sphere:
     size: float
     speed: float = 0.0
     smooth: bool = False
+    cooling_time: float = math.inf
+    cooling_change: float = 0.0
+
+    def push(self, size: Any, entropy: Any = 1.0) -> Any:
+        """a'' at that size, with so much of the entropy that it has at first."""
+        heat = entropy * self.pressure
+        return -self.gravity / size**2 + heat / size ** (3.0 * self.gamma - 2.0) + self.spin / size**3
+
+    @property
+    def pace(self) -> float:
+        """The rate of what is fastest."""
+        return math.sqrt(max(self.gravity, self.pressure, self.spin, 1e-30))
+
+    @property
+    def settled(self) -> bool:
+        """Whether it rests in equilibrium, and heat that it loses is all that changes it."""
+        return abs(self.push(1.0)) < 0.02 * self.pace**2 and not self.smooth
+
+    def entropy(self, time: np.ndarray) -> np.ndarray:
+        """What is left then of K of P = K rho^gamma: dK/dt = -K/tau, tau changing at its constant rate."""
+        if self.cooling_change == 0.0:
+            return np.exp(-time / self.cooling_time)
+        left = np.maximum(1.0 + self.cooling_change * time / self.cooling_time, LEAST_LEFT)
+        return left ** (-1.0 / self.cooling_change)
 
 
 def steps(scene: Scene) -> np.ndarray | None:
@@ -83,28 +111,32 @@ def _steps_of(scene: Scene) -> np.ndarray | None:
     longest = end
     if scene.numerics.max_timestep is not None:
         longest = float(units.to_code(scene.numerics.max_timestep, "time"))
-    body: Any = scene.body
-    if (step := body.own_timestep(scene, smoothing(scene)[0])) is not None:
-        return shares * (end / min(longest, step))
-    if body.profile() is None or body.particles is None:
-        return None
     try:
-        sphere = sphere_of(scene)
+        times, step = flows.limits(scene, end) if isinstance(scene.body, StandardBody) else _limits(scene, end)
     except AstroinertiaError:
         return None
-    times, sizes = course(sphere, end)
-    falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)
-    if sphere.pressure > 0.0 and falls and not sphere.smooth:
-        times, step = _steps_of_shells(scene, sphere, end)
-        if times[-1] < end:
-            return None  # what it becomes is not in this picture
-    else:
-        rates = np.abs(np.gradient(sizes, times)) / sizes
-        step = _steps_at(scene, sphere, sizes, rates)
+    if times[-1] < end * (1.0 - 1e-9):
+        return None  # what it becomes is not in this picture
     step = np.minimum(longest, step)
     step = np.minimum(step, _limit_by_options(scene, times))
     done = cumulative_trapezoid(1.0 / step, times, initial=0.0)
     return np.interp(shares * end, times, done + times / end)  # and the last, which the end cuts short
+
+
+def _limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (K,), and the shortest limit of the steps then; up to no time where nothing is known of the body."""
+    body: Any = scene.body
+    if body.profile() is None or body.particles is None:
+        return np.zeros(1), np.ones(1)
+    sphere = sphere_of(scene)
+    if sphere.settled:
+        times, sizes = contraction(sphere, end)
+    else:
+        times, sizes = course(sphere, end)
+        falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)
+        if sphere.pressure > 0.0 and falls and not sphere.smooth:
+            return _steps_of_shells(scene, sphere, end)
+    return times, _steps_at(scene, sphere, times, sizes)
 
 
 def sphere_of(scene: Scene) -> Sphere:
@@ -143,8 +175,9 @@ def sphere_of(scene: Scene) -> Sphere:
         fraction = body.pressure_fraction or 1.0
         heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
+    alone = body.expansion(mass, size), body.homologous
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
-                  mass / body.particles, size, body.expansion(mass, size), body.homologous)  # fmt: skip
+                  mass / body.particles, size, *alone, *_cooling(scene))  # fmt: skip
 
 
 def _steps_of_shells(scene: Scene, sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
@@ -218,6 +251,14 @@ def _spin(scene: Scene) -> float:
     return 0.0
 
 
+def _cooling(scene: Scene) -> tuple[float, float]:
+    """Its time scale at first and how that changes, where heat is lost everywhere alike; none elsewhere."""
+    options = scene.effects.get("cooling", {})
+    if options.get("law") != "time_scale" or options["heating_rate"] or options["floor"]:
+        return math.inf, 0.0
+    return float(code_units(scene).to_code(options["time_scale"], "time")), options["time_scale_change"] or 0.0
+
+
 def _mean_power(profile: Profile, unit: float, power: float) -> float:
     """The mean over the mass of density^power, where the mean density of mass 1 in size 1 is that unit."""
     shells = profile.radius((np.arange(200) + 0.5) / 200)
@@ -233,21 +274,13 @@ def _central_sound(profile: Profile, unit: float, gamma: float) -> float:
 
 def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Times and sizes (K,) from the start to the end, times being dense where the sphere is small."""
-    exponent = 3.0 * sphere.gamma - 2.0
-
-    def push(a: float) -> float:
-        return -sphere.gravity / a**2 + sphere.pressure / a**exponent + sphere.spin / a**3
-
-    pace = math.sqrt(max(sphere.gravity, sphere.pressure, sphere.spin, 1e-30))
-    settled = abs(push(1.0)) < 0.02 * pace**2 and not sphere.smooth
-    if settled:
-        return np.array([0.0, end]), np.ones(2)
+    pace = sphere.pace
     times, sizes = [0.0], [1.0]
     time, a, speed = 0.0, 1.0, sphere.speed
     least = SHAKEN if sphere.pressure > 0.0 and not sphere.smooth else SMALLEST
     while time < end and len(times) < MOMENTS:
         dt = min(end - time, max(0.02 * a**1.5 / pace, 1.0 / MOMENTS * end if a > least else 0.0))
-        speed += 0.5 * dt * push(a)
+        speed += 0.5 * dt * sphere.push(a)
         a += dt * speed
         if a <= least:  # shocks have stopped it, or nothing is known of what it has become
             times += [time + dt, end]
@@ -257,7 +290,7 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
             times += [time + dt, end]
             sizes += [min(a, FARTHEST), min(a + speed * (end - time - dt), FARTHEST)]
             break
-        speed += 0.5 * dt * push(a)
+        speed += 0.5 * dt * sphere.push(a)
         time += dt
         times.append(time)
         sizes.append(a)
@@ -266,6 +299,22 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
         sizes.append(sizes[-1])
     follows = np.diff(times, prepend=-1.0) > 0.0  # what is over at once leaves times that are the same number
     return np.array(times)[follows], np.array(sizes)[follows]
+
+
+def contraction(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times and sizes (K,) of a body that stays in equilibrium while it loses heat, dense where that is fast."""
+    if math.isinf(sphere.cooling_time) or sphere.gamma <= STABLE:
+        return np.array([0.0, end]), np.ones(2)
+    times = np.linspace(0.0, end, MOMENTS // 10)
+    if sphere.cooling_change < 0.0:
+        last = max(1.0 + sphere.cooling_change * end / sphere.cooling_time, LEAST_LEFT)
+        times = (np.geomspace(1.0, last, MOMENTS // 10) - 1.0) * sphere.cooling_time / sphere.cooling_change
+    small, large = np.full_like(times, SMALLEST**2), np.ones_like(times)
+    for _ in range(HALVINGS):
+        middle = np.sqrt(small * large)
+        falls = sphere.push(middle, sphere.entropy(times)) < 0.0
+        small, large = np.where(falls, small, middle), np.where(falls, middle, large)
+    return times, large
 
 
 def _limit_by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
@@ -280,8 +329,8 @@ def _limit_by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
     return limits
 
 
-def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """The shortest limit at those sizes, which change at those relative rates, (K,)."""
+def _steps_at(scene: Scene, sphere: Sphere, times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The shortest limit at those times, when it has those sizes, (K,)."""
     numerics = scene.numerics
     eta = smoothing(scene)[0]
     density = sphere.densest / sizes**3
@@ -290,13 +339,9 @@ def _steps_at(scene: Scene, sphere: Sphere, sizes: np.ndarray, rates: np.ndarray
     if sphere.gravity > 0.0:
         limits.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)))
     if sphere.sound > 0.0:
-        sound = sphere.sound * sizes ** (-1.5 * (sphere.gamma - 1.0))
-        # What falls in is heated until it is as fast as it fell.
-        fallen = STIRRED * np.maximum(sound, np.sqrt(sphere.gravity * sphere.size**2 / sizes))
-        signal = np.where(
-            (sizes <= SHAKEN) & (not sphere.smooth), fallen, sound + rates * KERNELS[numerics.kernel].support * length
-        )
-        limits.append(numerics.courant * length / signal)
+        sound = sphere.sound * np.sqrt(sphere.entropy(times)) * sizes ** (-1.5 * (sphere.gamma - 1.0))
+        rates = np.abs(np.gradient(sizes, times)) / sizes
+        limits.append(numerics.courant * length / (sound + rates * KERNELS[numerics.kernel].support * length))
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
     limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))
     if "shear_viscosity" in scene.effects:

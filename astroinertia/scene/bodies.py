@@ -47,7 +47,6 @@ from astroinertia.units import shown
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
 _HOMOGENEOUS = 0.4  # I/(M R^2) where nothing is known of the inside
 UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
-STANDARD_SIGNAL = 4.5  # of the tests of hydrodynamics, in their own units: sound, motion and denser parts, about
 
 Axes = Annotated[tuple[PositiveNumber, PositiveNumber, PositiveNumber], BeforeValidator(as_tuple)]
 Moments = Annotated[tuple[Moment, Moment, Moment], BeforeValidator(as_tuple)]
@@ -660,12 +659,6 @@ class StandardBody(_Unknown, Body):
         if without != (scene.box is None) or (scene.box is not None and not all(scene.box.repeats)):
             needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
             raise ValueError(f"[body] the problem {self.problem} {needs}.")
-
-    def own_timestep(self, scene: Any, eta: float) -> float:
-        """By its spacing and the signals of such problems."""
-        volume = math.prod(scene.box.lengths) if scene.box is not None else 4.0 / 3.0 * math.pi
-        assert self.particles is not None
-        return scene.numerics.courant * eta * (volume / self.particles) ** (1.0 / 3.0) / STANDARD_SIGNAL
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """Its problem."""

@@ -378,10 +378,6 @@ class Body(Part):
         """Its pressure over that of equilibrium, before any pressure_fraction."""
         return 1.0
 
-    def own_timestep(self, scene: Any, eta: float) -> float | None:
-        """The step of the whole run, where the problem alone says it."""
-        return None
-
     def check(self, scene: Any) -> None:
         """ValueError, in a sentence, where its scene does not go with it."""
         if self._wobble is not None and scene.model != "rigid":

@@ -45,7 +45,8 @@ class Standard:
 
     place(count, lengths, gamma); exact(position, time, lengths, gamma), None where it is known of other quantities;
     compared(position, time, lengths): where errors are taken, (N,) bool. boxed: whether it fills a periodic box; the
-    lengths of another are infinite.
+    lengths of another are infinite. begins(mass, gamma): time from which particles of that mass follow the exact flow,
+    where that is not at once.
     """
 
     place: Callable[[int, np.ndarray, float], Matter]
@@ -53,6 +54,7 @@ class Standard:
     compared: Callable[[np.ndarray, float, np.ndarray], np.ndarray]
     boxed: bool
     source: str
+    begins: Callable[[float, float], float] | None = None
 
 
 def standard(problem: str) -> Standard:

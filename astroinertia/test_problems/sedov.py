@@ -66,10 +66,19 @@ def place(count: int, lengths: np.ndarray, gamma: float) -> Matter:
     position = filled(cells, *centred(lengths))
     mass = np.full(len(position), np.prod(lengths) / len(position))
     radius = np.linalg.norm(position, axis=1)
-    size = (3.0 * INJECTED * mass[0] / (4.0 * np.pi)) ** (1 / 3)
-    weight = np.maximum(1.0 - (radius / size) ** 2, 0.0)
+    weight = np.maximum(1.0 - (radius / _size(mass[0])) ** 2, 0.0)
     energy = COLD / (gamma - 1.0) + weight / (mass * weight).sum()
     return Matter(mass, position, np.zeros_like(position), energy)
+
+
+def _size(mass: float) -> float:
+    # Of what the energy is put into.
+    return (3.0 * INJECTED * mass / (4.0 * np.pi)) ** (1 / 3)
+
+
+def begins(mass: float, gamma: float) -> float:
+    """When the shock leaves the middle, into which the energy is put: the explosion is that of a point from then on."""
+    return (_size(mass) / similarity(gamma)[-1]) ** 2.5
 
 
 def shock_radius(time: float, gamma: float) -> float:
@@ -97,4 +106,6 @@ def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarr
     return np.linalg.norm(place, axis=1) < 0.5 * lengths.min()
 
 
-SEDOV = Standard(place, exact, compared, True, "Sedov 1959; Landau & Lifshitz 1987, Fluid Mechanics, section 106")
+SEDOV = Standard(
+    place, exact, compared, True, "Sedov 1959; Landau & Lifshitz 1987, Fluid Mechanics, section 106", begins
+)

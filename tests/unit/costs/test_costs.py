@@ -332,6 +332,22 @@ def test_a_sphere_falls_in_the_free_fall_time():
     assert fallen == pytest.approx((angle + 0.5 * math.sin(2.0 * angle)) / math.sqrt(2.0), rel=0.03)
 
 
+def test_a_star_that_cools_contracts_in_equilibrium():
+    """R ~ K^(1/(3 gamma - 4)), so that R ~ K of an exponent of 5/3; dK/dt = -K/tau."""
+    scene = load.loads(f"{STAR}\n[effects.cooling]\ntime_scale = 8.0\n")
+    times, sizes = course.contraction(course.sphere_of(scene), 4.0)
+    np.testing.assert_allclose(sizes, np.exp(-times / 8.0), rtol=5e-3)
+    scene = load.loads(f"{STAR}\n[effects.cooling]\ntime_scale = 8.0\ntime_scale_change = -1.5\n")
+    times, sizes = course.contraction(course.sphere_of(scene), 4.0)
+    np.testing.assert_allclose(sizes, (1.0 - 1.5 * times / 8.0) ** (2.0 / 3.0), rtol=5e-3)
+    slow = load.loads(f"{STAR}\n[effects.cooling]\ntime_scale = 80.0\ntime_scale_change = -1.5\n", ["time.end=40.0"])
+    at_rest = 10.0 * course.steps(load.loads(STAR))[-1]
+    # h ~ R and c ~ R^(-1/2): as many more as the mean of R^(-3/2), which is 1/(1 - 1.5 t/tau).
+    assert course.steps(slow)[-1] == pytest.approx(at_rest * math.log(4.0) / 0.75, rel=0.02)
+    gone = load.loads(f"{STAR}\n[effects.cooling]\ntime_scale = 5.9\ntime_scale_change = -1.5\n")
+    assert course.steps(gone) is None  # its time scale falls to nothing before the end
+
+
 @pytest.mark.parametrize(("start", "end"), [("parabolic", 0.45649740094), ("rest", 1.0953407700317674)])
 def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
     """The run takes 205 steps, and 316 from rest with 300 particles."""
@@ -427,8 +443,9 @@ def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():
 
 RUNS = json.loads((Path(__file__).parents[2] / "benchmarks" / "results" / "predicted_steps.json").read_text())
 PREDICTED = [
-    *("bar_mode", "cold_spheroid", "dyson_ellipsoid", "free_expansion", "homologous_collapse", "made_to_order"),
-    *("pulsar_collapse", "rotating_star", "sod", "square"),
+    *("bar_mode", "cold_spheroid", "contracting_star", "dyson_ellipsoid", "free_expansion", "gresho"),
+    *("homologous_collapse", "kelvin_helmholtz", "keplerian_disc", "made_to_order", "noh", "pulsar_collapse"),
+    *("rotating_star", "sedov", "sod", "square", "strong_tube"),
 ]
 
 

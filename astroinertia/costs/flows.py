@@ -1,0 +1,86 @@
+"""The longest steps that standard problems allow, by their exact flows: tracers drift in these, neighbours and all.
+
+Distances to neighbours say what density particles see, and how they move what signals there are. Tests:
+tests/unit/costs/test_flows.py.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from astroinertia.costs.signals import LEAST, agreement, fastest
+from astroinertia.scene.plan import smoothing
+from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS
+from astroinertia.test_problems.matter import standard
+
+MOMENTS = 25
+TRACERS = 500  # about, at most: of more particles smoothing lengths are shorter, and flows the same
+
+
+def limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (K,), and the longest step at each (K,), of a body of the kind standard, in code units.
+
+    Problems without an exact flow are taken as they begin.
+    """
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    problem, gamma, numerics = standard(body.problem), fluid.gamma, scene.numerics
+    lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
+    count = min(body.particles, TRACERS)
+    matter = problem.place(count, lengths, gamma)
+    position, velocity, energy = matter.position, matter.velocity, matter.internal_energy
+    begins = 0.0 if problem.begins is None else problem.begins(float(matter.mass[0]), gamma)
+    eta, neighbours = smoothing(scene)
+    times, steps = np.linspace(0.0, end, MOMENTS), []
+    for time in times[: 1 if problem.exact is None else MOMENTS]:
+        around, apart, reach = _neighbourhoods(position, lengths, round(neighbours))
+        length = reach / KERNELS[numerics.kernel].support
+        if time > begins and problem.exact is not None:
+            flow = problem.exact(position, float(time), lengths, gamma)
+            density = matter.mass * (eta / length) ** 3
+            velocity, energy = flow.velocity, flow.pressure / ((gamma - 1.0) * density)
+        sound = np.sqrt(gamma * (gamma - 1.0) * energy)
+        signal = signals(around, apart, velocity, sound, scene.effects.get("viscosity"))
+        steps.append(numerics.courant * float((length / signal).min()))
+        position = position + velocity * times[1]
+    finer = (count / body.particles) ** (1.0 / 3.0)
+    return times, finer * np.broadcast_to(steps, MOMENTS)
+
+
+def signals(
+    around: np.ndarray, apart: np.ndarray, velocity: np.ndarray, sound: np.ndarray, viscosity: Mapping[str, Any] | None
+) -> np.ndarray:
+    """The fastest signal (N,) between particles and their neighbours (N, K), which are (N, K, 3) away from them.
+
+    Of many particles in disorder some have the full viscosity, whatever switch or limiter it has. Where shear is faster
+    than sound, pressure does not keep layers in order, and no reconstruction takes it out.
+    """
+    distance = np.linalg.norm(apart, axis=2)
+    relative = velocity[around] - velocity[:, None]
+    rate = (relative * apart).sum(axis=2) / distance
+    mean_sound = 0.5 * (sound[:, None] + sound[around])
+    moment = np.einsum("nki,nkj->nij", apart, apart)
+    gradient = np.linalg.solve(moment, np.einsum("nki,nkj->nij", apart, relative))  # d v_j/d x_i
+    mine = np.einsum("nki,nij,nkj->nk", apart, gradient, apart) / distance
+    other = np.einsum("nki,nkij,nkj->nk", apart, gradient[around], apart) / distance
+    turning = 0.5 * ((gradient - gradient.transpose(0, 2, 1)) ** 2).sum(axis=(1, 2))
+    sheared = turning > np.trace(gradient, axis1=1, axis2=2) ** 2
+    trusted = np.where(sheared[:, None] & (np.abs(rate) > mean_sound), 0.0, agreement(mine, other))
+    alpha = 0.0 if viscosity is None else viscosity["alpha_max"]
+    signal = fastest(rate, mean_sound, viscosity, alpha, 0.5 * (mine + other), trusted)
+    return np.maximum(np.maximum(signal.max(axis=1), sound), LEAST)
+
+
+def _neighbourhoods(position: np.ndarray, lengths: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+    """Of each particle its neighbours (N, K), how they are away (N, K, 3), and how far the last of them is (N,)."""
+    images = np.zeros((1, 3))
+    if np.isfinite(lengths).all():  # kernels may be wider than half of a flat box
+        images = lengths * (np.indices((3, 3, 3)).reshape(3, -1).T - 1.0)
+        position = np.mod(position, lengths)
+    everywhere = (images[:, None] + position).reshape(-1, 3)
+    distance, around = cKDTree(everywhere).query(position, k=min(count, len(everywhere)))
+    apart = everywhere[around[:, 1:]] - position[:, None]
+    return around[:, 1:] % len(position), apart, distance[:, -1]
