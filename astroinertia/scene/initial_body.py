@@ -1,7 +1,7 @@
 """What every body of a scene has, whatever its kind: its state, rotation and prescribed size, in SI (or code units).
 
-What the rest of the package asks of a kind of body is an attribute or a method of its class (scene.bodies); those of
-`Body` are what most kinds have.
+What the rest of the package asks of a kind of body is an attribute or a method of its class (scene.body_kinds); those
+of `Body` are what most kinds have.
 """
 
 import math
@@ -222,6 +222,8 @@ class Perturbation(Part):
 class Body(Part):
     """What every body has, whatever its kind."""
 
+    rank: ClassVar[int] = 100
+    """Its place in lists of all kinds."""
     models: ClassVar[tuple[str, ...]] = ALL_MODELS
     """Models that take it."""
     structure: ClassVar[str] = "spheres.stretched"

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.scene.bodies import PlanLine, Shown, numbers
 from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.initial_body import PlanLine, Shown, numbers
 from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
 

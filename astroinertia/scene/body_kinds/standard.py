@@ -1,0 +1,54 @@
+"""Problems with known solutions, on which hydrodynamics is tested, in a scene."""
+
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from astroinertia.scene.body_kinds.stretched import Unknown
+from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown
+
+UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
+
+
+class StandardBody(Unknown, Body):
+    """The gas of a problem with a known solution, on which hydrodynamics is tested (code units)."""
+
+    kind: Literal["standard"]
+    rank: ClassVar[int] = 11
+    models: ClassVar[tuple[str, ...]] = ("sph",)
+    structure: ClassVar[str] = ""
+    placing: ClassVar[str] = "placing.of_problem"
+    composite: ClassVar[bool] = True
+    boxed: ClassVar[bool] = True
+    laid_out: ClassVar[bool] = False
+    problem: Literal["sod", "strong_tube", "sedov", "noh", "gresho", "kelvin_helmholtz", "square", "keplerian_disc"] = (
+        Field(description="which problem")
+    )
+    particles: Count | None = Field(default=None, description="number of particles, about: lattices have their own")
+    relax: bool = Field(default=False, description="settle the particles to equilibrium before the start")
+
+    @model_validator(mode="after")
+    def _has_its_own_state(self) -> Self:
+        own = ("specific_internal_energy", "entropy", "pressure_fraction", "velocity_gradient", "rotation", "change")
+        own_keys = [name for name in own if getattr(self, name) is not None] + ["relax"] * self.relax
+        if own_keys:
+            raise ValueError(f"has {own_keys[0]}, but a standard problem has a state of its own.")
+        return self
+
+    def check(self, scene: Any) -> None:
+        """It needs code units, an ideal gas, and the box that its problem fills."""
+        if scene.model != "sph" or scene.bodies:
+            raise ValueError("[body] of the kind standard is for the model sph, and alone.")
+        super().check(scene)
+        if not scene.dimensionless:
+            raise ValueError('[body] of the kind standard needs a scene in code units: units = "code".')
+        if scene.equation_of_state is None or scene.equation_of_state.kind != "ideal":
+            raise ValueError("[body] of the kind standard needs an equation_of_state of the kind ideal.")
+        without = self.problem in UNBOXED
+        if without != (scene.box is None) or (scene.box is not None and not all(scene.box.repeats)):
+            needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
+            raise ValueError(f"[body] the problem {self.problem} {needs}.")
+
+    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+        """Its problem."""
+        return [("problem", self.problem), ("particles", f"about {self.particles}", "on lattices")]
