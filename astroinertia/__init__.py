@@ -115,12 +115,12 @@ def run_scene(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy import running
-    from astroinertia.effects.own_matter import with_matter
-    from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
     from astroinertia.run.loop import refuse_before
     from astroinertia.run.meter import watched
     from astroinertia.scene import load as scenes, sweep as sweeps
+    from astroinertia.scene.own_bodies import with_body
+    from astroinertia.scene.own_matter import with_matter
     from astroinertia.scene.schema import Scene
 
     place = _folder(folder)
@@ -166,11 +166,11 @@ def resume(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy import running
-    from astroinertia.effects.own_matter import with_matter
-    from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
+    from astroinertia.scene.own_bodies import with_body
+    from astroinertia.scene.own_matter import with_matter
     from astroinertia.storage.archive import SWEEP
 
     place, settings = _folder(folder), settings_of(settings)
@@ -220,12 +220,12 @@ def branch(
     requirements.check()
     kept_programs.keep_apart()
     from astroinertia.accuracy import running
-    from astroinertia.effects.own_matter import with_matter
-    from astroinertia.initial.own import with_body
     from astroinertia.observables.own import with_observables
     from astroinertia.run.branch import branch as start
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
+    from astroinertia.scene.own_bodies import with_body
+    from astroinertia.scene.own_matter import with_matter
 
     source, place, settings = _folder(run), _folder(folder), settings_of(settings)
     own = with_body(with_observables(with_matter(effects, matter), observables), body)

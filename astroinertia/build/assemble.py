@@ -16,16 +16,14 @@ from astroinertia.build.effects import effects_of
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.structure import structure
-from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import made_of
 from astroinertia.effects.own import EFFECTS
 from astroinertia.errors import ArchiveError, ArchiveWarning, SceneError
-from astroinertia.initial import own as own_bodies
 from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
-from astroinertia.scene import load
+from astroinertia.scene import load, own_bodies, own_matter
 from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening

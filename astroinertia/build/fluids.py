@@ -1,14 +1,14 @@
 """The fluid of a scene in code units: its equation of state, and entropies taken from equilibrium."""
 
-import importlib
 import math
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from astroinertia.build.spheres import Sphere, Star
+from astroinertia.build.spheres import Sphere, Star, building
 from astroinertia.errors import SceneError
-from astroinertia.matter import cold_matter, gases
+from astroinertia.matter import gases
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits, pressure_constant_dimension
@@ -31,34 +31,17 @@ def equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | N
 def _equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | None) -> Any:
     chosen = scene.equation_of_state
     assert chosen is not None  # the schema asks for it where the model needs it
-    if chosen.kind == "ideal":
-        return gases.ideal(chosen.gamma)
-    if chosen.kind == "own":
-        matter = chosen.matter(units)
-        if initial is not None and (
-            wrong := importlib.import_module("astroinertia.matter.equation").disagreement(
-                matter, _mean_density(scene, initial)
-            )
-        ):
-            raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
-        return matter
-    if chosen.kind == "isothermal":
-        return gases.isothermal(units.to_code(chosen.sound_speed, "velocity"))
-    if chosen.kind == "polytropic":
-        return gases.polytropic(chosen.gamma, _constant(scene, units, initial, chosen.gamma))
-    if chosen.kind == "piecewise_polytropic":
-        densities = [units.to_code(density, "density") for density in chosen.densities]
-        constant = _constant(scene, units, initial, chosen.gammas[0])
-        return cold_matter.piecewise_polytropic(densities, chosen.gammas, constant)
-    if chosen.kind == "materials":
-        # Only scenes with materials import what makes tables of them.
-        made = importlib.import_module("astroinertia.build.materials").materials(chosen, scene.origin, units)
+    if chosen.made_by:
+        made = building(chosen.made_by)(chosen, scene.origin, units)
         _refuse_thin(scene, units, initial, made)
         return made
-    assert chosen.kind == "hybrid"  # incompressible fluids have no equation that particles could follow
-    nuclear = units.to_code(chosen.nuclear_density, "density")
-    constant = _constant(scene, units, initial, chosen.gamma_1)
-    return cold_matter.hybrid(nuclear, chosen.gamma_1, chosen.gamma_2, chosen.gamma_thermal, constant)
+    constant = _constant(scene, units, initial, chosen.first_gamma) if hasattr(chosen, "constant") else None
+    matter = chosen.matter(units, constant)
+    if chosen.kind == "own" and initial is not None:
+        wrong = import_module("astroinertia.matter.equation").disagreement(matter, _mean_density(scene, initial))
+        if wrong:
+            raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
+    return matter
 
 
 def _refuse_thin(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, matter: Any) -> None:

@@ -10,7 +10,7 @@ from astroinertia.matter import tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.matter.tabulated import Tabulated
-from astroinertia.scene.fluids import Material, Materials
+from astroinertia.scene.fluid_kinds.materials import Material, Materials
 from astroinertia.units import CodeUnits
 
 _HOTTEST = 1e9  # J/kg, at the reference density: three times what stops two bodies that meet at 50 km/s

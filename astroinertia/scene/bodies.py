@@ -11,7 +11,7 @@ from astroinertia.scene.initial_body import Body
 from astroinertia.scene.kinds import kinds_of
 from astroinertia.scene.own_body import OwnBody
 
-KINDS: dict[str, type[Body]] = kinds_of("astroinertia.scene.body_kinds", Body)
+KINDS: dict[str, type[Body]] = kinds_of("body_kinds", Body)
 if TYPE_CHECKING:
     AnyBody = Any
 else:

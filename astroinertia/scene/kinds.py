@@ -1,4 +1,4 @@
-"""The kinds that a table of a scene may be of: every class with a `kind` that a module of a package defines."""
+"""The kinds that a table of a scene may be of: every class with a `kind` in the modules of a folder of this room."""
 
 import pkgutil
 from importlib import import_module
@@ -7,9 +7,10 @@ from typing import Any, TypeVar, get_args
 Kind = TypeVar("Kind", bound=Any)
 
 
-def kinds_of(package: str, base: type[Kind]) -> dict[str, type[Kind]]:
+def kinds_of(folder: str, base: type[Kind]) -> dict[str, type[Kind]]:
     """Subclasses of `base`, by kind, in the order of their `rank` and then of their names; it imports the modules."""
-    names = [module.name for module in pkgutil.iter_modules(import_module(package).__path__, f"{package}.")]
+    package = import_module(f"astroinertia.scene.{folder}")
+    names = [f"astroinertia.scene.{folder}.{module.name}" for module in pkgutil.iter_modules(package.__path__)]
     classes = [
         made
         for name in names

@@ -3,23 +3,21 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from astroinertia.effects import own_matter
 from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
 from astroinertia.effects.doors import as_written, made_of
 from astroinertia.effects.own import own_entries, with_functions
 from astroinertia.errors import SceneError
-from astroinertia.initial import own as own_bodies
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES
-from astroinertia.scene import bodies, schema
+from astroinertia.scene import bodies, equations_of_state, own_bodies, own_matter, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.dimensional import described, fraction
-from astroinertia.scene.fluids import AnyEquationOfState, OwnFluid
+from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.from_python import kind_of, text_of
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own_body import OwnBody
@@ -35,16 +33,11 @@ SWEEP, SI = "sweep", "SI"
 RECORD = (*schema.ORIGIN, "reasons", "choice", "own", "observed")
 
 
-def _by_kind(union: Any) -> dict[str, type[BaseModel]]:
-    models = get_args(get_args(union)[0])
-    return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
-
-
 BEFORE_CHOICE = 1000  # particles of a scene whose number is to be chosen, until it is
-KINDS = {
+KINDS: dict[str, dict[str, type[Any]]] = {
     "body": bodies.KINDS,
     "bodies": bodies.KINDS,
-    "equation_of_state": {kind: made for kind, made in _by_kind(AnyEquationOfState).items() if made is not OwnFluid},
+    "equation_of_state": equations_of_state.KINDS,
 }
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
@@ -407,9 +400,9 @@ def _check_softening(effects: dict[str, Any], table: str, entries: Mapping[str, 
 
 def _thermal_exponent(table: Any) -> float | None:
     """Exponent of the thermal part, which sets the dimension of an entropy in [body]; None without it."""
-    if not isinstance(table, dict) or table.get("kind") not in ("ideal", "hybrid"):
+    made = KINDS["equation_of_state"].get(str(table.get("kind"))) if isinstance(table, dict) else None
+    if made is None or not made.thermal_key:
         return None
-    key = "gamma" if table["kind"] == "ideal" else "gamma_thermal"
-    value = fraction(table.get(key, KINDS["equation_of_state"][table["kind"]].model_fields[key].default))
+    value = fraction(table.get(made.thermal_key, made.model_fields[made.thermal_key].default))
     right = isinstance(value, int | float) and not isinstance(value, bool) and 1.0 < value <= 10.0
     return float(value) if right else None

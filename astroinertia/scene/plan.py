@@ -9,7 +9,9 @@ from astroinertia.effects.entries import Entry
 from astroinertia.observables.own import quantity_of
 from astroinertia.process.few import FEW
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
-from astroinertia.scene.fluids import FROM_BODY, Material
+from astroinertia.scene.dimensional import quantity_of as quantity_of_field
+from astroinertia.scene.fluid_kinds.materials import Material
+from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.initial_body import option_text
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
@@ -225,20 +227,21 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
         )
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
     lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
-    dimensions = {"sound_speed": "velocity", "nuclear_density": "density", "densities": "density"}
     for name, value in chosen:
         if name == "kind":
             continue
         if name == "materials":
             lines += [Line(row.name, row.tillotson or row.file, _material(row)) for row in value]
             continue
+        quantity = quantity_of_field(type(chosen).model_fields[name])
+        dimension = "dimensionless" if quantity is None else quantity.dimension
         if value == FROM_BODY:
             lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
         elif isinstance(value, tuple):
-            items = [_shown(scene, item, dimensions.get(name, "dimensionless")) for item in value]
+            items = [_shown(scene, item, dimension) for item in value]
             lines.append(Line(name, ", ".join(items)))
         else:
-            lines.append(Line(name.replace("_", " "), _shown(scene, value, dimensions.get(name, "dimensionless"))))
+            lines.append(Line(name.replace("_", " "), _shown(scene, value, dimension)))
     return tuple(lines)
 
 

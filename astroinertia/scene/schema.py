@@ -19,7 +19,8 @@ from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.dimensional import Duration, Length, Mass, Real, Whole, described, fraction
-from astroinertia.scene.fluids import AnyEquationOfState, Part, as_tuple
+from astroinertia.scene.equations_of_state import AnyEquationOfState
+from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region

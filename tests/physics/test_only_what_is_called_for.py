@@ -177,7 +177,6 @@ PLAIN = (
     "entries",
     "heat_entries",
     "own",
-    "own_matter",
     "particle_parts",
     "rigid_entries",
     "rigid_parts",

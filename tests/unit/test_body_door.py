@@ -13,10 +13,8 @@ from astroinertia.build.sph import evolution
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.inertia.tensor import inertia_tensor
 from astroinertia.initial import Body, positive
-from astroinertia.initial.own import KEYS, TAKEN
 from astroinertia.initial.placed import particles
-from astroinertia.scene.load import KINDS, loads
-from astroinertia.scene.own_body import OwnBody
+from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.sweep import loads as sweep_of
 from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
@@ -256,11 +254,6 @@ def test_only_the_entry_point_that_a_scene_names_is_imported(tmp_path, monkeypat
     ):
         with pytest.raises(SceneError, match=sentence):
             loads(OTHER, [f'body.kind="{kind}"'])
-
-
-def test_names_that_are_taken_are_those_of_the_schema() -> None:
-    assert set(TAKEN) == {*KINDS["body"], "own"}
-    assert set(KEYS) == set(OwnBody.model_fields) - {"name", "options", "entry"}
 
 
 # What is refused

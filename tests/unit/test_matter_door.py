@@ -15,11 +15,10 @@ from scipy.optimize import curve_fit
 import astroinertia
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
-from astroinertia.effects.own_matter import TAKEN
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.matter import Matter, Option, positive, pytree
 from astroinertia.matter.equation import disagreement
-from astroinertia.scene.load import KINDS, loads
+from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
 
@@ -435,7 +434,6 @@ def test_only_the_entry_point_that_a_scene_names_is_imported(tmp_path, monkeypat
 
 
 def test_a_name_that_is_built_in_is_refused(tmp_path, monkeypatch) -> None:
-    assert set(TAKEN) == {*KINDS["equation_of_state"], "own"}
     distribution(tmp_path, "ideal = logotrope:Logotrope", group="matter")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(

@@ -102,7 +102,7 @@ def test_effects_come_in_the_order_of_the_scene_and_none_is_imported():
         "import sys; from astroinertia.scene.load import load_file; from astroinertia.scene.plan import plan;"
         f"plan(load_file({str(SIMS / 'pulsar_collapse.toml')!r}));"
         "loaded = {m for m in sys.modules if m.startswith('astroinertia.effects.')};"
-        "names = 'catalogue doors entries heat_entries own own_matter rigid_entries characteristic measure one_zone '"
+        "names = 'catalogue doors entries heat_entries own rigid_entries characteristic measure one_zone '"
         "'sizes torque_sizes';"
         "data = {'astroinertia.effects.' + name for name in names.split()};"
         "assert loaded == data, loaded;"

@@ -16,13 +16,11 @@ from astroinertia.effects import own
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
+from astroinertia.scene.equations_of_state import KINDS
 
-# Kinds that are built in (scene.fluids), and `own`, which stands there for all that are not.
-TAKEN = (
-    "ideal", "isothermal", "polytropic", "piecewise_polytropic", "hybrid", "materials", "incompressible", "own",
-)  # fmt: skip
 MATTER = Door(
-    "astroinertia.matter", "equation of state", "astroinertia.matter.Matter", "@dataclass(frozen=True)", TAKEN
+    "astroinertia.matter", "equation of state", "astroinertia.matter.Matter", "@dataclass(frozen=True)",
+    (*KINDS, "own"),
 )  # fmt: skip
 
 

@@ -12,25 +12,19 @@ Tests: tests/unit/test_body_door.py.
 from collections.abc import Sequence
 from typing import Any
 
-from astroinertia.effects import own_matter
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
+from astroinertia.scene import own_matter
+from astroinertia.scene.bodies import KINDS
+from astroinertia.scene.own_body import OwnBody
 
-# Kinds that are built in (scene.bodies), and `own`, which stands there for all that are not.
-TAKEN = (
-    "polytrope", "homologous_core", "uniform", "power_law", "dyson", "rotating_star", "layered", "rigid", "table",
-    "profile", "standard", "own",
-)  # fmt: skip
 BODIES = Door(
-    "astroinertia.bodies", "initial body", "astroinertia.initial.Body", "@dataclass(frozen=True)", TAKEN, traced=False
-)
-MODELS = ("sph", "rigid")
-# Keys of [body] that are of any kind.
-KEYS = (
-    "kind", "particles", "placement", "seed", "relax", "specific_internal_energy", "entropy", "pressure_fraction",
-    "velocity_gradient", "rotation", "position", "velocity", "change",
+    "astroinertia.bodies", "initial body", "astroinertia.initial.Body", "@dataclass(frozen=True)", (*KINDS, "own"),
+    traced=False,
 )  # fmt: skip
+MODELS = ("sph", "rigid")
+KEYS = tuple(name for name in OwnBody.model_fields if name not in ("name", "options", "entry"))  # of any kind
 
 
 def entry_of(made: Any, package: str = "") -> Entry:

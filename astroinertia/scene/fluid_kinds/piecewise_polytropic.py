@@ -1,0 +1,52 @@
+"""Fluids of several polytropic pieces in a scene."""
+
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+
+from astroinertia.scene.dimensional import Density
+from astroinertia.scene.fluids import FROM_BODY, Fluid, Gamma, as_tuple, pressure_constant
+from astroinertia.units import CodeUnits
+
+
+class PiecewisePolytropicFluid(Fluid):
+    """P = K_k rho^gamma_k between dividing densities; P and u are continuous."""
+
+    kind: Literal["piecewise_polytropic"]
+    rank: ClassVar[int] = 4
+    densities: Annotated[tuple[Density, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=20)] = Field(
+        description="dividing densities, rising"
+    )
+    gammas: Annotated[tuple[Gamma, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=21)] = Field(
+        description="exponents of the pieces, one more than there are densities"
+    )
+    constant: float | str = Field(default=FROM_BODY, description='K of the first piece, or "from body"')
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        gammas = info.data.get("gammas")
+        return pressure_constant(value, gammas[0] if gammas else None, info)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.gammas) != len(self.densities) + 1:
+            raise ValueError(
+                f"needs one more of gammas than of densities, but has {len(self.gammas)} and {len(self.densities)}."
+            )
+        if any(b <= a for a, b in zip(self.densities, self.densities[1:], strict=False)):
+            raise ValueError("needs densities that rise.")
+        return self
+
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gammas[0]
+
+    def matter(self, units: CodeUnits, constant: float | None) -> Any:
+        """As of every Fluid."""
+        from astroinertia.matter import cold_matter
+
+        assert constant is not None
+        densities = [units.to_code(density, "density") for density in self.densities]
+        return cold_matter.piecewise_polytropic(densities, self.gammas, constant)

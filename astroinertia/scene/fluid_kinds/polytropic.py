@@ -1,0 +1,36 @@
+"""Polytropic fluids in a scene."""
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from astroinertia.scene.fluids import FROM_BODY, Fluid, Gamma, pressure_constant
+from astroinertia.units import CodeUnits
+
+
+class PolytropicFluid(Fluid):
+    """P = K rho^gamma, one K everywhere and for ever."""
+
+    kind: Literal["polytropic"]
+    rank: ClassVar[int] = 3
+    gamma: Gamma = Field(description="exponent")
+    constant: float | str = Field(
+        default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
+    )
+
+    @field_validator("constant", mode="before")
+    @classmethod
+    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
+        return pressure_constant(value, info.data.get("gamma"), info)
+
+    @property
+    def first_gamma(self) -> float:
+        """As of every Fluid."""
+        return self.gamma
+
+    def matter(self, units: CodeUnits, constant: float | None) -> Any:
+        """As of every Fluid."""
+        from astroinertia.matter import gases
+
+        assert constant is not None
+        return gases.polytropic(self.gamma, constant)

@@ -1,0 +1,103 @@
+"""One file of the package is all that another kind of body, or of equation of state, takes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from astroinertia.scene import bodies
+from astroinertia.scene.initial_body import Body
+from astroinertia.scene.kinds import kinds_of
+
+PACKAGE = Path(bodies.__file__).parents[1]
+CUSP = '''
+"""Bodies with a cusp."""
+from typing import Literal
+from pydantic import Field
+from astroinertia.scene.body_kinds.stretched import Sized, profiles
+from astroinertia.scene.dimensional import Real
+
+class CuspBody(Sized):
+    """A cusp of the density."""
+    kind: Literal["cusp"]
+    steepness: Real = Field(default=1.0, description="how steep it is")
+    def profile(self):
+        return profiles().power_law(self.steepness)
+'''
+MONATOMIC = '''
+"""Monatomic gases."""
+from typing import Literal
+from astroinertia.scene.fluids import Fluid
+
+class MonatomicGas(Fluid):
+    """P = A rho^(5/3)."""
+    kind: Literal["monatomic"]
+    @property
+    def thermal_gamma(self):
+        return 5 / 3
+    def matter(self, units, constant):
+        from astroinertia.matter import gases
+        return gases.ideal(5 / 3)
+'''
+RUNS = """
+import sys, astroinertia, numpy as np
+import astroinertia.scene.body_kinds, astroinertia.scene.fluid_kinds
+astroinertia.scene.body_kinds.__path__.append(sys.argv[1])
+astroinertia.scene.fluid_kinds.__path__.append(sys.argv[2])
+
+SCENE = '''
+name = "cusp"
+model = "ellipsoid"
+units = "code"
+[body]
+kind = "power_law"
+exponent = 1.0
+mass = 1.0
+radius = 1.0
+axes = [1.0, 1.0, 0.8]
+pressure_fraction = 0.9
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 0.5
+[output]
+series_every = 0.1
+'''
+OTHER = SCENE.replace('"power_law"\\nexponent = 1.0', '"cusp"').replace('"ideal"', '"monatomic"')
+from astroinertia.guide import scene_reference
+from astroinertia.scene import example, load, plan
+assert 'kind = "cusp"' in scene_reference.text() and 'kind = "monatomic"' in scene_reference.text()
+assert "kind cusp: how steep it is" in example.example_text()
+lines = plan.plan(load.loads(OTHER)).text()
+assert "cusp" in lines and "P = A rho^(5/3)" in lines, lines
+try:
+    load.loads(OTHER, ["body.kind='cups'"])
+except astroinertia.errors.SceneError as error:
+    assert "did you mean 'cusp'" in str(error), error
+runs = []
+for number, text in enumerate((SCENE, OTHER)):
+    with astroinertia.open(astroinertia.run_scene(load.loads(text), f"{sys.argv[3]}/{number}")) as run:
+        runs.append(run.load())
+for name in ("inertia_tensor", "internal_energy"):
+    one, other = (run[name].values for run in runs)
+    assert np.allclose(one, other, rtol=1e-9), name
+    assert not np.allclose(one[0], one[-1], rtol=1e-3), name
+print("both ran")
+"""
+
+
+def test_a_body_and_an_equation_of_state_are_one_file_more(tmp_path) -> None:
+    for folder, text in (("bodies", CUSP), ("fluids", MONATOMIC)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "another.py").write_text(text)
+    arguments = [sys.executable, "-c", RUNS, str(tmp_path / "bodies"), str(tmp_path / "fluids"), str(tmp_path)]
+    done = subprocess.run(arguments, capture_output=True, text=True, cwd=PACKAGE.parent)
+    assert done.stdout.endswith("both ran\n"), done.stderr
+
+
+def test_kinds_come_in_the_order_of_their_rank_and_then_of_their_names() -> None:
+    kinds = kinds_of("body_kinds", Body)
+    assert list(kinds)[:3] == ["polytrope", "homologous_core", "uniform"]
+    ranks = [made.rank for made in kinds.values()]
+    assert ranks == sorted(set(ranks)) and len(kinds) == 11
