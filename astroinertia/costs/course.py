@@ -18,7 +18,7 @@ from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
-from astroinertia.scene.bodies import StandardBody
+from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
