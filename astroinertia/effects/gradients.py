@@ -131,18 +131,3 @@ def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
 def linear_gradient_alone(xp, moment, sum_of_field):
     """The gradient and nothing else."""
     return (linear_gradient(xp, moment, sum_of_field),)
-
-
-def flow_rates(xp, matrix):
-    """Divergence, size of the curl, and S:S."""
-    return trace(xp, matrix), curl_size(xp, matrix), shear(xp, matrix)
-
-
-def divergence_and_curl(xp: Any, velocity_gradient: Any) -> tuple[Any, Any]:
-    """Divergence and size of the curl, each (N,)."""
-    return elementwise(xp, flow_rates, velocity_gradient)[:2]
-
-
-def shear_squared(xp: Any, velocity_gradient: Any) -> Any:
-    """S:S of the traceless symmetric part S of grad v, (N,)."""
-    return elementwise(xp, flow_rates, velocity_gradient)[2]

@@ -1,14 +1,10 @@
-"""Rotating equilibrium stars as particles: the law of an equation of state, and a mass-preserving map of a glass.
+"""Rotating equilibrium stars as particles: a mass-preserving map of a glass.
 
 A point of the unit ball at mass fraction f of a spherical profile, in direction mu = cos(angle from the axis), goes to
 the direction below which the star has as much of its mass as the ball has below mu, and there to the radius that
 encloses the fraction f of the mass along that direction (the map of Knothe 1957, Michigan Math. J. 4, 39). Surfaces go
 to surfaces, every piece keeps its mass, and no noise is added. Tests: tests/unit/sph/test_rotating.py.
 """
-
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.integrate import cumulative_simpson
@@ -18,63 +14,6 @@ from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.sph.placement import isotropised
 
 _DIRECTIONS, _STEPS, _FRACTIONS = 129, 513, 513  # of the tables of the map: its masses are right to 1e-5
-_DECADES, _NODES = 40, 4001  # of density, below the largest, of the table in which the inversion begins
-_SECANT_STEPS = 8  # of the Illinois rule, in a cell of the table where the law is all but a power
-
-
-@dataclass(frozen=True)
-class ColdLaw:
-    """The cold part of an equation of state (entropy function 0) as a barotrope, up to about max_density.
-
-    ValueError where it has no pressure, or where its enthalpy does not vanish with the density (an isothermal gas).
-    Test: tests/unit/sph/test_rotating.py.
-    """
-
-    fluid: Any
-    max_density: float
-
-    def __post_init__(self) -> None:
-        rare, dense = self.enthalpy(np.array([1e-30, 1.0]) * self.max_density)
-        if not 0 < rare < 1e-3 * dense < np.inf:
-            raise ValueError("a star needs an equation of state whose cold enthalpy vanishes with the density")
-
-    def enthalpy(self, density) -> np.ndarray:
-        """Specific enthalpy u + P/rho at a positive density."""
-        rho = np.asarray(density, dtype=float)
-        return self.fluid.internal_energy(np, rho, np.zeros_like(rho)) + self._pressure(rho) / rho
-
-    def density(self, enthalpy) -> np.ndarray:
-        """Density at a positive enthalpy, to round-off; zero below 1e-40 of the largest density."""
-        log_h = np.log(np.asarray(enthalpy, dtype=float))
-        table_h, table_rho = self._table
-        cell = np.clip(np.searchsorted(table_h, log_h) - 1, 0, len(table_h) - 2)
-        low, high = table_rho[cell], table_rho[cell + 1]
-        f_low, f_high = table_h[cell] - log_h, table_h[cell + 1] - log_h
-        guess, side = low, np.zeros_like(log_h)
-        for _ in range(_SECANT_STEPS):
-            guess = np.clip(low - f_low * (high - low) / (f_high - f_low), low, high)
-            f = np.log(self.enthalpy(np.exp(guess))) - log_h
-            above = f > 0
-            f_low = np.where(above & (side > 0), 0.5 * f_low, f_low)
-            f_high = np.where(~above & (side < 0), 0.5 * f_high, f_high)
-            low, f_low = np.where(above, low, guess), np.where(above, f_low, f)
-            high, f_high = np.where(above, guess, high), np.where(above, f, f_high)
-            f_high = np.where(f_high > f_low, f_high, f_low + 1.0)  # a root met to round-off stays where it is
-            side = np.where(above, 1.0, -1.0)
-        return np.where(log_h < table_h[0], 0.0, np.exp(guess))
-
-    def pressure(self, enthalpy) -> np.ndarray:
-        """Pressure at a positive enthalpy."""
-        rho = self.density(enthalpy)
-        return np.where(rho > 0, self._pressure(np.maximum(rho, self.max_density * 10.0**-_DECADES)), 0.0)
-
-    def _pressure(self, rho: np.ndarray) -> np.ndarray:
-        return self.fluid.pressure(np, rho, np.zeros_like(rho))
-
-    @cached_property
-    def _table(self) -> tuple[np.ndarray, np.ndarray]:
-        rho = self.max_density * np.logspace(-_DECADES, 1, _NODES)
-        return np.log(self.enthalpy(rho)), np.log(rho)
 
 
 def mapped(star: RotatingStar, fraction: np.ndarray, direction: np.ndarray) -> np.ndarray:

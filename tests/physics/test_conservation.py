@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from astroinertia.build.assemble import prepare
-from astroinertia.effects import checks
 from astroinertia.models.sph.evaluate import effect_accelerations, potential_energies, virial_tensors
 from astroinertia.models.sph.record import energy_budget, series_record, works_from_outside
 from astroinertia.models.sph.sorting import rearranged, stale
 from astroinertia.models.sph.state import State
 from astroinertia.models.sph.step import step
 from astroinertia.scene import load
+from tests import checks_of_effects as checks
 from tests.evolve import prepared
 from tests.potentials import slopes
 from tests.sims import single_scenes

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects import catalogue, checks, conduction, gravity, pressure, shear_viscosity, viscosity
+from astroinertia.effects import catalogue, conduction, gravity, pressure, shear_viscosity, viscosity
 from astroinertia.effects.radiation_reaction import Waves
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
@@ -30,6 +30,7 @@ from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
+from tests import checks_of_effects as checks
 from tests.pairs import PlainEngine
 
 PARTICLES = 120

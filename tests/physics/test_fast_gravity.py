@@ -3,9 +3,9 @@
 import numpy as np
 
 from astroinertia.build import assemble
-from astroinertia.effects.checks import net_force, virial_mismatch
 from astroinertia.models.sph.evaluate import virial_tensors
 from astroinertia.scene.load import load_file
+from tests.checks_of_effects import net_force, virial_mismatch
 
 COUNT, STEPS, FORCE_ERROR = 3000, 3, 2e-4
 SCENE = [

@@ -1,4 +1,4 @@
-"""One file of the package is all that another kind of body, or of equation of state, takes."""
+"""One file of the package is all that another kind of body, of equation of state, or another observable takes."""
 
 import subprocess
 import sys
@@ -43,6 +43,11 @@ import sys, astroinertia, numpy as np
 import astroinertia.scene.body_kinds, astroinertia.scene.fluid_kinds
 astroinertia.scene.body_kinds.__path__.append(sys.argv[1])
 astroinertia.scene.fluid_kinds.__path__.append(sys.argv[2])
+from astroinertia.observables import quantities
+quantities.RECORDED["elongation"] = quantities.Quantity(  # as if a line more stood there
+    ("time",), None, "1", "logarithm of the largest second moment over the least",
+    of=lambda body: np.ptp(np.log(np.linalg.eigvalsh(body.second_moment))),
+)
 
 SCENE = '''
 name = "cusp"
@@ -83,11 +88,14 @@ for name in ("inertia_tensor", "internal_energy"):
     one, other = (run[name].values for run in runs)
     assert np.allclose(one, other, rtol=1e-9), name
     assert not np.allclose(one[0], one[-1], rtol=1e-3), name
+seen = np.linalg.eigvalsh(runs[1].second_moment.values)
+assert np.allclose(runs[1].elongation, np.log(seen[:, -1] / seen[:, 0]), rtol=1e-12)
+assert runs[1].elongation.long_name.startswith("logarithm of the largest")
 print("both ran")
 """
 
 
-def test_a_body_and_an_equation_of_state_are_one_file_more(tmp_path) -> None:
+def test_a_body_an_equation_of_state_and_an_observable_are_one_file_each(tmp_path) -> None:
     for folder, text in (("bodies", CUSP), ("fluids", MONATOMIC)):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "another.py").write_text(text)

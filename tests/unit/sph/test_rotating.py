@@ -1,4 +1,4 @@
-"""Rotating stars as particles: the map of the glass, the laws of equations of state, and what scenes say of them."""
+"""Rotating stars as particles: the map of the glass, and what scenes say of them."""
 
 import numpy as np
 import pytest
@@ -9,13 +9,12 @@ from astroinertia.build.assemble import metadata, prepare
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
 from astroinertia.errors import SceneError
-from astroinertia.matter import cold_matter, gases
-from astroinertia.matter.barotropes import matter_of, polytropic_matter
+from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph import profiles
 from astroinertia.sph.placement import place
-from astroinertia.sph.rotating import ColdLaw, mapped
+from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
 
 SCENE = """\
@@ -36,27 +35,6 @@ kind = "ideal"
 [time]
 end = 1.0
 """
-FLUIDS = {
-    "polytropic": gases.polytropic(5 / 3, 1.3),
-    "piecewise": cold_matter.piecewise_polytropic([0.1, 0.5], [1.6, 2.5, 1.9], 1.0),
-    "hybrid": cold_matter.hybrid(0.3, 4 / 3, 2.5, 1.5, 0.7),
-}
-
-
-@pytest.mark.parametrize("fluid", FLUIDS.values(), ids=FLUIDS)
-def test_the_cold_law_is_inverted_to_round_off_and_holds_a_star_up(fluid):
-    law, rho = ColdLaw(fluid, 2.0), np.logspace(-20, 0.3, 500)
-    np.testing.assert_allclose(law.density(law.enthalpy(rho)), rho, rtol=2e-14)
-    np.testing.assert_allclose(law.pressure(law.enthalpy(rho)), fluid.pressure(np, rho, 0 * rho), rtol=4e-14)
-    star = rotating_star(matter_of(law, float(law.enthalpy(np.array([2.0]))[0])), 0.8)
-    assert star.max_density == pytest.approx(2.0, rel=1e-12)
-    # the kinks of piecewise laws lie on levels that cross the mesh
-    assert star.virial_error < (1e-9 if fluid is FLUIDS["polytropic"] else 1e-5)
-
-
-def test_a_gas_without_a_surface_is_refused():
-    with pytest.raises(ValueError, match="enthalpy vanishes"):
-        ColdLaw(gases.isothermal(1.0), 1.0)
 
 
 @pytest.mark.parametrize("law", [RotationLaw(), RotationLaw("j_constant", 0.3)], ids=lambda law: law.kind)

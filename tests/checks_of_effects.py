@@ -5,7 +5,7 @@
 (c) its potential, which differentiates to its acceleration.
 
 Each figure is relative to the sum of the sizes of its terms, so that round-off is about 1e-16 for any state. What
-fails names its effect. Tests: tests/physics/test_effect_checks.py breaks each on purpose.
+fails names its effect. tests/physics/test_effect_checks.py breaks each on purpose.
 """
 
 from collections.abc import Callable, Mapping, Sequence
