@@ -2,12 +2,13 @@
 
 Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
 profile says of W, H and S; its steps are those of the densest particles. What falls together against pressure is
-followed as shells instead (costs.shells), to its bounce and beyond. That is exact of neither shocks nor shapes: a pilot
-run (costs.pilot) counts. Tests: tests/unit/costs/test_costs.py.
+followed as shells instead (costs.shells), to its bounce and beyond, standard problems by their exact flows
+(costs.flows); planets of layers rest. That is exact of neither shocks nor shapes: a pilot run (costs.pilot) counts.
+Tests: tests/unit/costs/test_costs.py.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from scipy.integrate import cumulative_trapezoid
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
+from astroinertia.costs.limits import USUAL, Limits
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
+from astroinertia.scene.body_kinds.layered import LayeredBody
 from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
@@ -27,12 +30,11 @@ from astroinertia.sph.profiles import Profile
 from astroinertia.units import pressure_constant_dimension
 
 MOMENTS = 4000  # in which the sphere is followed
-STIRRED = 2.0  # signals over the speed of sound behind shocks, where neighbours move at random
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
-NO_LIMIT = 1e6  # a factor of the step that leaves another limit to be the shortest
 LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
+PARTS = 200  # of the radius of a planet
 HALVINGS = 60  # in which a size is looked for
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
@@ -42,9 +44,10 @@ SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its
 class Sphere:
     """What of a body sets its course, in code units with W, H and S as above.
 
-    densest: density that particles see at the centre; sound: its speed there; gamma: of the pressure. speed: a' at the
-    start; smooth: whether it stays similar to itself without any shock. cooling_time, cooling_change: tau at first, in
-    which it loses its heat, and the rate at which tau changes.
+    densest: density that particles see at the centre; outer: that outside of all but 1 - USUAL of the mass; sound: its
+    speed at the centre; gamma: of the pressure. speed: a' at the start; smooth: whether it stays similar to itself
+    without any shock. cooling_time, cooling_change: tau at first, in which it loses its heat, and the rate at which tau
+    changes.
     """
 
     gravity: float
@@ -52,6 +55,7 @@ class Sphere:
     spin: float
     gamma: float
     densest: float
+    outer: float
     sound: float
     particle_mass: float
     size: float
@@ -83,51 +87,58 @@ class Sphere:
         return left ** (-1.0 / self.cooling_change)
 
 
-def steps(scene: Scene) -> np.ndarray | None:
-    """How many global steps are done, (SHARES + 1,), when so many equal parts of the run's time are over.
-
-    Of several bodies those of the one that takes most; None where nothing is known of one beforehand.
+@dataclass(frozen=True)
+class Done:
+    """How many steps are done, (SHARES + 1,), when so many equal parts of the run's time are over: global ones, and
+    base steps where particles have steps of their own.
     """
-    counts = [_steps_of(alone) for alone in scene.alone()]
+
+    steps: np.ndarray
+    base: np.ndarray
+
+
+def done(scene: Scene) -> Done | None:
+    """The steps of a run; of several bodies those of the one that takes most, None where one's are not known."""
+    counts = [_done_of(alone) for alone in scene.alone()]
     estimates = [count for count in counts if count is not None]
     if len(estimates) < len(counts):
         return None
-    return max(estimates, key=lambda count: count[-1])
+    return max(estimates, key=lambda count: count.steps[-1])
 
 
-def base_steps(scene: Scene) -> float:
-    """How many base steps are done at least where particles have steps of their own; 0 where nothing limits them."""
-    if scene.numerics.free_fall_factor is None:
-        return 0.0
-    numerics = scene.numerics.model_copy(update={"courant": NO_LIMIT, "acceleration_factor": NO_LIMIT})
-    done = steps(scene.model_copy(update={"numerics": numerics}))
-    return 0.0 if done is None else float(done[-1])
-
-
-def _steps_of(scene: Scene) -> np.ndarray | None:
-    units = code_units(scene)
-    shares = np.linspace(0.0, 1.0, SHARES + 1)
+def _done_of(scene: Scene) -> Done | None:
+    units, numerics = code_units(scene), scene.numerics
     end = float(units.to_code(scene.time.end, "time"))
-    longest = end
-    if scene.numerics.max_timestep is not None:
-        longest = float(units.to_code(scene.numerics.max_timestep, "time"))
     try:
-        times, step = flows.limits(scene, end) if isinstance(scene.body, StandardBody) else _limits(scene, end)
+        limits = flows.limits(scene, end) if isinstance(scene.body, StandardBody) else _limits(scene, end)
     except AstroinertiaError:
         return None
+    times = limits.times
     if times[-1] < end * (1.0 - 1e-9):
         return None  # what it becomes is not in this picture
-    step = np.minimum(longest, step)
-    step = np.minimum(step, _limit_by_options(scene, times))
-    done = cumulative_trapezoid(1.0 / step, times, initial=0.0)
-    return np.interp(shares * end, times, done + times / end)  # and the last, which the end cuts short
+    longest = np.minimum(limits.longest, _limit_by_options(scene, times))
+    if numerics.max_timestep is not None:
+        longest = np.minimum(longest, float(units.to_code(numerics.max_timestep, "time")))
+    step = np.minimum(limits.shortest, longest)
+    # Nested sets cost least if the longest interval is of the power of two below what most matter allows, and a base
+    # step is two of it (models.sph.intervals).
+    finest = np.floor(np.log2(np.maximum(limits.usual, step) / step))
+    base = np.minimum(np.where(finest > 0.0, 2.0, 1.0) * step * 2.0**finest, longest)
+
+    def counted(step: np.ndarray) -> np.ndarray:
+        until = cumulative_trapezoid(1.0 / np.minimum(step, end), times, initial=0.0)
+        return np.interp(np.linspace(0.0, end, SHARES + 1), times, until + times / end)  # the end cuts the last short
+
+    return Done(counted(step), counted(base))
 
 
-def _limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times (K,), and the shortest limit of the steps then; up to no time where nothing is known of the body."""
+def _limits(scene: Scene, end: float) -> Limits:
+    """The limits of a body as a sphere or as shells; up to no time where nothing is known of it."""
     body: Any = scene.body
+    if isinstance(body, LayeredBody):
+        return _limits_of_planet(scene, end)
     if body.profile() is None or body.particles is None:
-        return np.zeros(1), np.ones(1)
+        return Limits(np.zeros(1), np.ones(1), np.ones(1))
     sphere = sphere_of(scene)
     if sphere.settled:
         times, sizes = contraction(sphere, end)
@@ -135,8 +146,12 @@ def _limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
         times, sizes = course(sphere, end)
         falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)
         if sphere.pressure > 0.0 and falls and not sphere.smooth:
-            return _steps_of_shells(scene, sphere, end)
-    return times, _steps_at(scene, sphere, times, sizes)
+            return _limits_of_shells(scene, sphere, end)
+    outer = sphere.sound * (sphere.outer / sphere.densest) ** (0.5 * (sphere.gamma - 1.0))
+    usual = _steps_at(scene, replace(sphere, densest=sphere.outer, sound=outer), times, sizes)
+    factor, densest = scene.numerics.free_fall_factor, sphere.densest / sizes**3
+    longest = np.full_like(sizes, math.inf) if factor is None else factor / np.sqrt(densest)
+    return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest)
 
 
 def sphere_of(scene: Scene) -> Sphere:
@@ -151,7 +166,7 @@ def sphere_of(scene: Scene) -> Sphere:
         size = (float(profile.density(np.array(0.0))) * mass / float(units.to_code(greatest, "density"))) ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
     seen = 0.5 * min(1.0, smoothing(scene)[1] / body.particles)  # of the mass: what the innermost kernel is full of
-    densest = float(profile.density(profile.radius(np.array(seen)))) * mass / size**3
+    densest, outer = profile.density(profile.radius(np.array([seen, USUAL]))) * mass / size**3
     has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
     weight = abs(profile.gravitational_energy) * mass / size / square
     weight = weight if math.isfinite(weight) else mass / size**3
@@ -176,42 +191,84 @@ def sphere_of(scene: Scene) -> Sphere:
         heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     alone = body.expansion(mass, size), body.homologous
-    return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, sound,
+    return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, outer, sound,
                   mass / body.particles, size, *alone, *_cooling(scene))  # fmt: skip
 
 
-def _steps_of_shells(scene: Scene, sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times (K,), and the shortest limit of the steps then, of a body that falls together as shells."""
+def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
+    """The limits of a body that falls together as shells."""
     numerics = scene.numerics
     eta = smoothing(scene)[0]
-    moments = shells.followed(_shells(scene, sphere), end)
-    limits = []
+    body = _shells(scene, sphere)
+    moments = shells.followed(body, end)
+    support = KERNELS[numerics.kernel].support
+    viscosity: Any = scene.effects.get("viscosity")
+    every, longest, time, signal, alpha = [], [], 0.0, np.zeros(shells.SHELLS), np.zeros(shells.SHELLS)
     for moment in moments:
         length = eta * (sphere.particle_mass / moment.density) ** (1.0 / 3.0)
-        support = KERNELS[numerics.kernel].support
-        signal = np.where(moment.shocked, STIRRED * moment.sound, moment.sound + moment.rate * support * length)
+        reach = support * length
+        alpha, signal = alpha[-len(length) :], signal[-len(length) :]  # of those that no sink has taken
+        if viscosity is not None:
+            wanted = np.minimum(viscosity["alpha_max"], (2.0 / support) ** 2 * shells.steepening(moment, reach))
+            kept = np.exp(-(moment.time - time) * signal / (viscosity["decay_length"] * length))
+            alpha = np.maximum(wanted, wanted + kept * (alpha - wanted))
+            if viscosity["switch"] == "none":
+                alpha = np.full_like(length, viscosity["alpha_max"])
+        signal, time = shells.signals(moment, reach, viscosity, alpha), moment.time
         at_once = [
             numerics.courant * length / signal,
             numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * moment.density)),
-            numerics.acceleration_factor * np.sqrt(length / np.maximum(moment.acceleration, shells.LEAST)),
+            numerics.acceleration_factor * np.sqrt(length / np.maximum(np.abs(moment.acceleration), shells.LEAST)),
         ]
-        if numerics.free_fall_factor is not None:
-            at_once.append(numerics.free_fall_factor / np.sqrt(moment.density))
-        limits.append(float(np.min(at_once)))
-    return np.array([moment.time for moment in moments]), np.array(limits)
+        every.append(np.minimum.reduce(at_once))
+        longest.append((numerics.free_fall_factor or math.inf) / math.sqrt(moment.density.max()))
+    usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
+    times = np.array([moment.time for moment in moments])
+    return Limits(times, np.array([limits.min() for limits in every]), np.array(usual), np.array(longest))
+
+
+def _limits_of_planet(scene: Scene, end: float) -> Limits:
+    """The limits of a planet at rest, of layers of one entropy each: c^2 = dP/drho by the balance of its weight."""
+    from astroinertia.build.planets import planet  # which solves for it, with JAX
+
+    solved, numerics = planet(scene, code_units(scene)), scene.numerics
+    body: Any = scene.body
+    radius = np.linspace(0.0, 1.0, PARTS + 1)[1:]
+    within, density = solved.profile.enclosed(radius), solved.profile.density(radius)
+    falls = np.maximum(-np.gradient(density, radius), SMALLEST)
+    sound = np.sqrt(within * density / radius**2 / falls * solved.mass / solved.radius)
+    density = density * solved.mass / solved.radius**3
+    length = smoothing(scene)[0] * (solved.mass / body.particles / density) ** (1.0 / 3.0)
+    limits = np.minimum(
+        numerics.courant * length / sound,
+        numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)),
+    )
+    shortest, usual = np.interp([0.0, USUAL], *_sorted(limits, np.diff(within, prepend=0.0)))
+    at = np.array([0.0, end])
+    return Limits(at, np.full(2, shortest), np.full(2, usual))
+
+
+def _sorted(limits: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shares of the mass that has no longer limit, (K,), and those limits, which rise."""
+    order = np.argsort(limits)
+    return np.cumsum(mass[order]) / mass.sum(), limits[order]
 
 
 def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     units = code_units(scene)
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
-    count = shells.SHELLS
-    radius = sphere.size * body.profile().radius(np.arange(1, count + 1) / count)
-    mass = sphere.particle_mass * body.particles / count
+    total = sphere.particle_mass * body.particles
+    # The innermost is as much as a particle at the centre sees: 1/W(0) of the density.
+    seen = smoothing(scene)[0] ** 3 / KERNELS[scene.numerics.kernel].w(np, 0.0) / body.particles
+    steep = max(1.0, math.log(seen) / math.log(1.0 / shells.SHELLS))
+    within = np.linspace(0.0, 1.0, shells.SHELLS + 1)[1:] ** min(steep, 3.0)
+    radius = sphere.size * body.profile().radius(within)
+    mass = total * np.diff(within, prepend=0.0)
     density = mass / (4.0 / 3.0 * math.pi * np.diff(radius**3, prepend=0.0))
     constant = _stated_constant(scene, sphere.gamma)
     if constant is None and getattr(fluid, "constant", None) is not None:  # the one that the body's centre has
-        central = float(body.profile().density(np.array(0.0))) * mass * count / sphere.size**3
+        central = float(body.profile().density(np.array(0.0))) * total / sphere.size**3
         constant = sphere.sound**2 / (sphere.gamma * central ** (sphere.gamma - 1.0))
     if body.specific_internal_energy is not None:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
@@ -220,11 +277,13 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
         pressure = constant * density**sphere.gamma
     else:
         pressure = (body.pressure_fraction or 1.0) * body.support * shells.in_balance(mass, radius)
-    stiff = None
-    if fluid is not None and fluid.kind == "hybrid":
-        stiff = (float(units.to_code(fluid.nuclear_density, "density")), fluid.gamma_2)
+    stiffer = () if fluid is None else fluid.pieces
+    pieces = tuple((float(units.to_code(beyond, "density")), exponent) for beyond, exponent in stiffer)
     thermal = MONATOMIC if fluid is None else fluid.thermal_gamma
-    return shells.Shells(mass, radius, pressure, sphere.gamma, stiff, thermal, sphere.spin * radius**4)
+    sinks, sink = scene.effects.get("sinks"), None
+    if sinks is not None:
+        sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
+    return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, sphere.spin * radius**4, sink)
 
 
 def _stated_constant(scene: Scene, gamma: float) -> float | None:
@@ -349,6 +408,4 @@ def _steps_at(scene: Scene, sphere: Sphere, times: np.ndarray, sizes: np.ndarray
             code_units(scene).to_code(scene.effects["shear_viscosity"]["kinematic_viscosity"], "viscosity")
         )
         limits.append(numerics.courant * DIFFUSION_PART * length**2 / max(viscosity, 1e-300))
-    if numerics.free_fall_factor is not None:
-        limits.append(numerics.free_fall_factor / np.sqrt(density))
     return np.minimum.reduce(limits)

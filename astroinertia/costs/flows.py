@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
+from astroinertia.costs.limits import USUAL, Limits
 from astroinertia.costs.signals import LEAST, agreement, fastest
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
@@ -20,8 +21,8 @@ MOMENTS = 25
 TRACERS = 500  # about, at most: of more particles smoothing lengths are shorter, and flows the same
 
 
-def limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times (K,), and the longest step at each (K,), of a body of the kind standard, in code units.
+def limits(scene: Scene, end: float) -> Limits:
+    """The limits of a body of the kind standard, in code units.
 
     Problems without an exact flow are taken as they begin.
     """
@@ -44,10 +45,11 @@ def limits(scene: Scene, end: float) -> tuple[np.ndarray, np.ndarray]:
             velocity, energy = flow.velocity, flow.pressure / ((gamma - 1.0) * density)
         sound = np.sqrt(gamma * (gamma - 1.0) * energy)
         signal = signals(around, apart, velocity, sound, scene.effects.get("viscosity"))
-        steps.append(numerics.courant * float((length / signal).min()))
+        steps.append(numerics.courant * np.quantile(length / signal, [0.0, USUAL]))
         position = position + velocity * times[1]
     finer = (count / body.particles) ** (1.0 / 3.0)
-    return times, finer * np.broadcast_to(steps, MOMENTS)
+    shortest, usual = finer * np.broadcast_to(np.transpose(steps), (2, MOMENTS))
+    return Limits(times, shortest, usual)
 
 
 def signals(
@@ -81,6 +83,7 @@ def _neighbourhoods(position: np.ndarray, lengths: np.ndarray, count: int) -> tu
         images = lengths * (np.indices((3, 3, 3)).reshape(3, -1).T - 1.0)
         position = np.mod(position, lengths)
     everywhere = (images[:, None] + position).reshape(-1, 3)
-    distance, around = cKDTree(everywhere).query(position, k=min(count, len(everywhere)))
+    nearest: Any = KDTree(everywhere).query(position, k=min(count, len(everywhere)))
+    distance, around = nearest
     apart = everywhere[around[:, 1:]] - position[:, None]
     return around[:, 1:] % len(position), apart, distance[:, -1]

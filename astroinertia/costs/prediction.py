@@ -25,7 +25,6 @@ IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows f
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
-STEPS_IN_A_BASE_STEP = 16.0
 ACTIVE = 0.5
 FURTHER_BASE_STEP = (0.3, 2.0)  # evaluations of all particles and ends of intervals that a shorter one brings, there
 PREPARATION = ("start-up", "compiling", "placing", "settling")
@@ -70,8 +69,8 @@ def predict(scene: Scene, machine: Machine) -> Prediction | None:
     """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
 
     Nor is anything known of a body at the edge of what numbers hold, which is still to be run. Imports neither an
-    engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles; without one they are
-    estimated.
+    engine nor an effect, and JAX only to solve for a planet of layers. A pilot that was run before (costs.pilot) says
+    the steps of particles; without one they are estimated.
     """
     with suppress(ArithmeticError, ValueError):
         return _predicted(scene, machine)
@@ -118,14 +117,13 @@ def counted(scene: Scene) -> Counts | None:
     pilot = piloted.kept(scene)
     if pilot is not None:
         return pilot.counts(scene.particles)
-    course_of_steps = course.steps(scene)
-    if course_of_steps is None:
+    estimate = course.done(scene)
+    if estimate is None:
         return None
-    steps = float(course_of_steps[-1])
-    done = tuple(map(float, course_of_steps / steps))
+    steps, base = float(estimate.steps[-1]), float(estimate.base[-1])
+    done = tuple(map(float, estimate.steps / steps))
     if scene.numerics.timesteps == "individual":
-        base = max(steps / STEPS_IN_A_BASE_STEP, course.base_steps(scene))
-        return Counts(base, steps * ACTIVE, steps, "an estimate", done)
+        return Counts(base, max(base, steps * ACTIVE), steps, "an estimate", done)
     return Counts(steps, steps, steps, "an estimate", done)
 
 

@@ -1,4 +1,4 @@
-"""A body that falls together, as spherical shells of equal mass: what one sphere that stays similar to itself misses.
+"""A body that falls together, as spherical shells: what one sphere that stays similar to itself misses.
 
 Shells of gas under gravity and pressure, with the viscosity of von Neumann & Richtmyer (1950, J. Appl. Phys. 21, 232),
 which stops and heats what falls in; pressure follows the exponent of the matter, above nuclear density that of stiff
@@ -6,12 +6,16 @@ matter. What is followed serves to count steps (costs.course), and nothing else.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from astroinertia.costs.signals import agreement, fastest
+
 SHELLS = 40
-MOST_STEPS = 40_000  # a second of processor time
+MOST_STEPS = 20_000  # a second of processor time
 EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre
@@ -21,44 +25,57 @@ QUADRATIC, LINEAR = 1.0, 0.3  # viscosity, in squares of what a shell is crossed
 
 @dataclass(frozen=True)
 class Shells:
-    """A body at rest: radii (K,) of the outer edges of shells of one mass each, and their pressures (K,); G = 1.
+    """A body at rest: masses (K,), radii (K,) of the outer edges and pressures (K,) of shells; G = 1.
 
-    gamma: exponent of the pressure; stiff: density and exponent of stiff matter, if the matter has such; thermal:
-    exponent of heat from shocks, None where matter is not heated. turning (K,): square of the specific angular
+    gamma: exponent of the pressure at first; pieces: densities, rising, and the exponents above each; thermal: exponent
+    of heat from shocks, None where matter is not heated. sink: density from which on what comes within a radius is
+    gone. turning (K,): square of the specific angular
     momentum.
     """
 
-    mass: float
+    mass: np.ndarray
     radius: np.ndarray
     pressure: np.ndarray
     gamma: float
-    stiff: tuple[float, float] | None
+    pieces: tuple[tuple[float, float], ...]
     thermal: float | None
     turning: np.ndarray
+    sink: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Moment:
-    """Shells (K,) at one time: density, sound speed, rate of compression, acceleration; whether shocks heated them."""
+    """Shells at one time: density and sound speed (K,); radius, speed and acceleration (K,) of their outer edges."""
 
     time: float
     density: np.ndarray
     sound: np.ndarray
-    rate: np.ndarray
+    radius: np.ndarray
+    speed: np.ndarray
     acceleration: np.ndarray
-    shocked: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Radii (K,) half-way between the edges of each."""
+        return self.radius - 0.5 * np.diff(self.radius, prepend=0.0)
 
 
 def followed(shells: Shells, end: float) -> list[Moment]:
     """The shells from rest to the end, or to where so many steps have brought them."""
-    count = len(shells.radius)
-    mass, enclosed = shells.mass, shells.mass * np.arange(1, count + 1)
-    carried = np.full(count, mass)  # by each edge: half of the shells on either side
-    carried[-1] = 0.5 * mass
-    edges, speed, heat, time = shells.radius.copy(), np.zeros(count), np.zeros(count), 0.0
+    mass, enclosed, carried = shells.mass, np.cumsum(shells.mass), _carried(shells.mass)
+    edges, speed, heat, time = shells.radius, np.zeros(len(mass)), np.zeros(len(mass)), 0.0
     first = mass / _volumes(edges)
+    opens, within = shells.sink or (math.inf, 0.0)
     moments: list[Moment] = []
     for step in range(MOST_STEPS):
+        if (gone := int((edges < within).sum())) and (
+            len(mass) < len(enclosed) or (mass / _volumes(edges)).max() > opens
+        ):
+            if gone == len(mass):
+                break
+            edges, speed, heat, first, mass = (a[gone:] for a in (edges, speed, heat, first, mass))
+            pressure, turning = shells.pressure[gone:], shells.turning[gone:]
+            shells, carried = replace(shells, pressure=pressure, turning=turning), _carried(mass)
         density = mass / _volumes(edges)
         cold, stiffness = _cold(shells, first, density)
         thermal = 0.0 if shells.thermal is None else (shells.thermal - 1.0) * density * heat
@@ -69,10 +86,9 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         viscous = density * squeezed * (QUADRATIC * squeezed + LINEAR * sound)
         total = pressure + viscous
         push = 4.0 * math.pi * edges**2 * (total - np.append(total[1:], 0.0)) / carried
-        acceleration = push - enclosed / edges**2 + shells.turning / edges**3
+        acceleration = push - enclosed[-len(mass) :] / edges**2 + shells.turning / edges**3
         if step % EVERY == 0 or time >= end:
-            shocked = heat * density > 0.1 * cold
-            moments.append(Moment(time, density, sound, np.abs(jump) / width, np.abs(acceleration), shocked))
+            moments.append(Moment(time, density, sound, edges, speed, acceleration))
         if time >= end:
             break
         crossed = width / (sound + 4.0 * squeezed + np.abs(jump) + LEAST)
@@ -89,13 +105,43 @@ def followed(shells: Shells, end: float) -> list[Moment]:
     return moments
 
 
-def in_balance(mass: float, radius: np.ndarray) -> np.ndarray:
-    """The pressures (K,) that hold shells of one mass each, with those outer edges."""
-    count = len(radius)
-    carried = np.full(count, mass)
-    carried[-1] = 0.5 * mass
-    weight = carried * mass * np.arange(1, count + 1) / (4.0 * math.pi * radius**4)
+def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | None, alpha: np.ndarray) -> np.ndarray:
+    """The fastest signal (K,) of particles in the shells with neighbours that are so far away (K,): on either side
+    along the radius, even beyond the centre, and at the same radius. alpha (K,): the strength of viscosity.
+    """
+    edge, middle = moment.radius, moment.middle
+    line, flow = (np.concatenate([-a[::-1], [0.0], a]) for a in (edge, moment.speed))
+    speed = np.interp(middle, line, flow)
+    gradient = (np.interp(middle + reach, line, flow) - np.interp(middle - reach, line, flow)) / (2.0 * reach)
+    across = speed / middle * reach
+    of_all = [fastest(across, moment.sound, viscosity, alpha, across)]
+    for side in (-1.0, 1.0):
+        there = np.clip(middle + side * reach, -edge[-1], edge[-1])
+        rate = side * (np.interp(there, line, flow) - speed)
+        sound = 0.5 * (moment.sound + np.interp(np.abs(there), middle, moment.sound))
+        mine, other = gradient * reach, np.interp(np.abs(there), middle, gradient) * reach
+        linear, trusted = 0.5 * (mine + other), agreement(mine, other)
+        of_all.append(fastest(rate, sound, viscosity, alpha, linear, trusted))
+    return np.maximum(np.max(of_all, axis=0), moment.sound)
+
+
+def steepening(moment: Moment, reach: np.ndarray) -> np.ndarray:
+    """What viscosity's switch answers to, (K,): -reach^2 d(div v)/dt over c^2 (effects.viscosity)."""
+    edge, speed = moment.radius, moment.speed
+    of_push = 4.0 * math.pi * np.diff(edge**2 * moment.acceleration, prepend=0.0) / _volumes(edge)
+    along, across = np.diff(speed, prepend=0.0) / np.diff(edge, prepend=0.0), speed / edge
+    return reach**2 * np.maximum(along**2 + 2.0 * across**2 - of_push, 0.0) / moment.sound**2
+
+
+def in_balance(mass: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """The pressures (K,) that hold shells of those masses, with those outer edges."""
+    weight = _carried(mass) * np.cumsum(mass) / (4.0 * math.pi * radius**4)
     return weight[::-1].cumsum()[::-1]
+
+
+def _carried(mass: np.ndarray) -> np.ndarray:
+    """By each edge: half of the shells on either side."""
+    return 0.5 * (mass + np.append(mass[1:], 0.0))
 
 
 def _volumes(edges: np.ndarray) -> np.ndarray:
@@ -106,9 +152,10 @@ def _cold(shells: Shells, first: np.ndarray, density: np.ndarray) -> tuple[np.nd
     """The pressure without heat of shocks, and its exponent."""
     pressure = shells.pressure * (density / first) ** shells.gamma
     exponent = np.full_like(density, shells.gamma)
-    if shells.stiff is not None:
-        beyond, stiff = shells.stiff
+    below = shells.gamma
+    for beyond, gamma in shells.pieces:
         over = np.maximum(density / beyond, 1.0)
-        pressure = pressure * over ** (stiff - shells.gamma)
-        exponent = np.where(over > 1.0, stiff, exponent)
+        pressure = pressure * over ** (gamma - below)
+        exponent = np.where(over > 1.0, gamma, exponent)
+        below = gamma
     return pressure, exponent

@@ -60,6 +60,11 @@ class Fluid(Part):
         """Exponent of the thermal part A rho^gamma, which dissipation heats; None without one."""
         return getattr(self, self.thermal_key) if self.thermal_key else None
 
+    @property
+    def pieces(self) -> tuple[tuple[float, float], ...]:
+        """Densities, rising, and the exponents that the cold pressure has above each."""
+        return ()
+
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """The equation of state that particles follow (matter.equation.Matter), in code units.
 

@@ -39,6 +39,11 @@ class HybridFluid(Fluid):
         """As of every Fluid."""
         return self.gamma_1
 
+    @property
+    def pieces(self) -> tuple[tuple[float, float], ...]:
+        """As of every Fluid."""
+        return ((self.nuclear_density, self.gamma_2),)
+
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """As of every Fluid."""
         from astroinertia.matter import cold_matter

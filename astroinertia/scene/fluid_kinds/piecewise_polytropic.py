@@ -43,6 +43,11 @@ class PiecewisePolytropicFluid(Fluid):
         """As of every Fluid."""
         return self.gammas[0]
 
+    @property
+    def pieces(self) -> tuple[tuple[float, float], ...]:
+        """As of every Fluid."""
+        return tuple(zip(self.densities, self.gammas[1:], strict=True))
+
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """As of every Fluid."""
         from astroinertia.matter import cold_matter
