@@ -79,7 +79,7 @@ class Sphere:
         """Whether it rests in equilibrium, and heat that it loses is all that changes it."""
         return abs(self.push(1.0)) < 0.02 * self.pace**2 and not self.smooth
 
-    def entropy(self, time: np.ndarray) -> np.ndarray:
+    def entropy(self, time: Any) -> Any:
         """What is left then of K of P = K rho^gamma: dK/dt = -K/tau, tau changing at its constant rate."""
         if self.cooling_change == 0.0:
             return np.exp(-time / self.cooling_time)
@@ -215,12 +215,7 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
             if viscosity["switch"] == "none":
                 alpha = np.full_like(length, viscosity["alpha_max"])
         signal, time = shells.signals(moment, reach, viscosity, alpha), moment.time
-        at_once = [
-            numerics.courant * length / signal,
-            numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * moment.density)),
-            numerics.acceleration_factor * np.sqrt(length / np.maximum(np.abs(moment.acceleration), shells.LEAST)),
-        ]
-        every.append(np.minimum.reduce(at_once))
+        every.append(_allowed(scene, moment.density, length, signal, np.abs(moment.acceleration)))
         longest.append((numerics.free_fall_factor or math.inf) / math.sqrt(moment.density.max()))
     usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
@@ -231,7 +226,7 @@ def _limits_of_planet(scene: Scene, end: float) -> Limits:
     """The limits of a planet at rest, of layers of one entropy each: c^2 = dP/drho by the balance of its weight."""
     from astroinertia.build.planets import planet  # which solves for it, with JAX
 
-    solved, numerics = planet(scene, code_units(scene)), scene.numerics
+    solved = planet(scene, code_units(scene))
     body: Any = scene.body
     radius = np.linspace(0.0, 1.0, PARTS + 1)[1:]
     within, density = solved.profile.enclosed(radius), solved.profile.density(radius)
@@ -239,10 +234,7 @@ def _limits_of_planet(scene: Scene, end: float) -> Limits:
     sound = np.sqrt(within * density / radius**2 / falls * solved.mass / solved.radius)
     density = density * solved.mass / solved.radius**3
     length = smoothing(scene)[0] * (solved.mass / body.particles / density) ** (1.0 / 3.0)
-    limits = np.minimum(
-        numerics.courant * length / sound,
-        numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)),
-    )
+    limits = _allowed(scene, density, length, sound, 0.0)
     shortest, usual = np.interp([0.0, USUAL], *_sorted(limits, np.diff(within, prepend=0.0)))
     at = np.array([0.0, end])
     return Limits(at, np.full(2, shortest), np.full(2, usual))
@@ -339,7 +331,7 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     least = SHAKEN if sphere.pressure > 0.0 and not sphere.smooth else SMALLEST
     while time < end and len(times) < MOMENTS:
         dt = min(end - time, max(0.02 * a**1.5 / pace, 1.0 / MOMENTS * end if a > least else 0.0))
-        speed += 0.5 * dt * sphere.push(a)
+        speed += 0.5 * dt * sphere.push(a, sphere.entropy(time))
         a += dt * speed
         if a <= least:  # shocks have stopped it, or nothing is known of what it has become
             times += [time + dt, end]
@@ -349,7 +341,7 @@ def course(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
             times += [time + dt, end]
             sizes += [min(a, FARTHEST), min(a + speed * (end - time - dt), FARTHEST)]
             break
-        speed += 0.5 * dt * sphere.push(a)
+        speed += 0.5 * dt * sphere.push(a, sphere.entropy(time))
         time += dt
         times.append(time)
         sizes.append(a)
@@ -390,22 +382,29 @@ def _limit_by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
 
 def _steps_at(scene: Scene, sphere: Sphere, times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """The shortest limit at those times, when it has those sizes, (K,)."""
-    numerics = scene.numerics
-    eta = smoothing(scene)[0]
     density = sphere.densest / sizes**3
-    length = eta * (sphere.particle_mass / density) ** (1.0 / 3.0)
-    limits = [np.full_like(sizes, np.inf)]
-    if sphere.gravity > 0.0:
-        limits.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)))
+    length = smoothing(scene)[0] * (sphere.particle_mass / density) ** (1.0 / 3.0)
+    signal = sphere.sound * np.sqrt(sphere.entropy(times)) * sizes ** (-1.5 * (sphere.gamma - 1.0))
     if sphere.sound > 0.0:
-        sound = sphere.sound * np.sqrt(sphere.entropy(times)) * sizes ** (-1.5 * (sphere.gamma - 1.0))
         rates = np.abs(np.gradient(sizes, times)) / sizes
-        limits.append(numerics.courant * length / (sound + rates * KERNELS[numerics.kernel].support * length))
+        signal = signal + rates * KERNELS[scene.numerics.kernel].support * length
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
-    limits.append(numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, 1e-300)))
+    return _allowed(scene, density, length, signal, pull)
+
+
+def _allowed(
+    scene: Scene, density: np.ndarray, length: np.ndarray, signal: np.ndarray, pull: np.ndarray | float
+) -> np.ndarray:
+    """The shortest limit of matter of that density, smoothing length, fastest signal and acceleration, (K,)."""
+    numerics = scene.numerics
+    limits = [
+        numerics.courant * length / np.maximum(signal, shells.LEAST),
+        numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, shells.LEAST)),
+    ]
+    if "gravity" in scene.effects:
+        limits.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * density)))
     if "shear_viscosity" in scene.effects:
-        viscosity = float(
-            code_units(scene).to_code(scene.effects["shear_viscosity"]["kinematic_viscosity"], "viscosity")
-        )
-        limits.append(numerics.courant * DIFFUSION_PART * length**2 / max(viscosity, 1e-300))
+        stated = scene.effects["shear_viscosity"]["kinematic_viscosity"]
+        viscosity = float(code_units(scene).to_code(stated, "viscosity"))
+        limits.append(numerics.courant * DIFFUSION_PART * length**2 / max(viscosity, shells.LEAST))
     return np.minimum.reduce(limits)
