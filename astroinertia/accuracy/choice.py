@@ -34,12 +34,15 @@ class Choice:
     """A scene with the settings that were chosen for it.
 
     scene: as it is to be run; settings: the chosen ones, with the errors expected of each source; pilot_seconds: of
-    wall time that finding them took.
+    wall time that finding them took; pilot_work: evaluations of a particle, or stages of steps of a body without
+    particles, that pilots took, and predicted_work, what was predicted of each before it was run.
     """
 
     scene: Scene
     settings: Settings
     pilot_seconds: float
+    pilot_work: float
+    predicted_work: float
 
 
 def pilots_beside(folder: Path) -> Path:
@@ -84,9 +87,11 @@ def choose(
         "accuracy": f"{scene.accuracy:g} of {names} at the end; expected {settings.error:.1e} ({sources}), "
         f"stated {settings.bar:.1e}",
         **{f"why {number}": reason for number, reason in enumerate(settings.reasons, 1)},
-        "price": f"{duration(settings.seconds)} for the run, {duration(pilots.spent)} for pilots",
+        "price": f"{duration(settings.seconds)} for the run, {duration(pilots.spent)} for pilots and what they "
+        f"compile; of evaluations {settings.work:.2g} and {pilots.work:.2g}",
     }
-    return Choice(chosen.model_copy(update={"choice": record}), settings, pilots.spent)
+    chosen = chosen.model_copy(update={"choice": record})
+    return Choice(chosen, settings, pilots.spent, pilots.work, pilots.predicted)
 
 
 def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:
@@ -145,7 +150,9 @@ def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: 
         return Settings((setting,), {MODEL: rung}, {}, measured.wall_time, ("closed form",))
     inner = Pilots(scene, pilots.observables, pilots.folder, pilots.listener)
     settings = choice_smooth.search(inner, 0.1 * accuracy, seconds)
-    pilots.spent += inner.spent
+    pilots.spent, pilots.work, pilots.predicted = (
+        pilots.spent + inner.spent, pilots.work + inner.work, pilots.predicted + inner.predicted
+    )  # fmt: skip
     if isinstance(settings, OutOfReach):
         return None
     return replace(

@@ -1,171 +1,255 @@
-"""The search for the cheapest particles that have a wanted accuracy.
+"""The search for the cheapest particles that have a wanted accuracy, by pilots that cost no more than the run.
 
-A ladder of pilots, each with twice the particles of the one before, tells how the error falls with their number; it is
-climbed until what is wanted lies no more than a factor of four beyond it, so that pilots cost a part of the run. Longer
-time steps and coarser gravity are tried at a low rung, and taken as long as they err little beside the resolution.
+A ladder of pilots, each with twice the particles of the one before and time steps twice as long as the scene's, tells
+how the error falls with their number. It is climbed until what is wanted lies no more than a factor of four beyond it,
+or until one more pilot would cost more than the run has; then the rest is extrapolated. Shorter time steps and coarser
+gravity are tried at a low rung, and taken by what they err beside the resolution.
 Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
 """
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
 
-from astroinertia.accuracy import knobs
+from astroinertia.accuracy import knobs, measuring
 from astroinertia.accuracy.estimates import Estimate
-from astroinertia.accuracy.knobs import Knob
+from astroinertia.accuracy.knobs import Knob, Setting
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
+from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.accuracy.words import duration
-from astroinertia.costs import machine
-from astroinertia.costs.prediction import predict
+from astroinertia.costs.prediction import counted
+from astroinertia.scene.plan import smoothing
+from astroinertia.scene.schema import Scene
 
-FEWEST = 250  # particles of the first pilot: four times the neighbours of one
+FEWEST = 1.5  # particles of the first pilot, over the neighbours of one
+LEAST = 250  # particles of a run
 GROWTH = 2.0  # of their number from pilot to pilot
+LAST = 4  # pilots that tell the error: coarser ones say nothing of the order that counts
+FAILING = 4.0  # times the fewest particles, from which on a pilot that fails is the end
 BEYOND = 4.0  # times the particles of the last pilot that the estimate is trusted to reach
 ORDERS = (1.2, 2.4)  # in h, that are believed of a ladder; where it tells none, theory's counts
 TRUST = 0.3  # standard deviation of theory's order from scene to scene (tests/benchmarks/results/tradeoff.md)
 OF_RESOLUTION, OF_STEPS, OF_GRAVITY = 0.7, 0.15, 0.15  # shares of the wanted accuracy
-STEP_PILOT = 2  # the rung of the ladder on which time steps and gravity are tried
+TRIED = 600  # particles, the most on which time steps and gravity are tried
 MOST = 10_000_000  # particles
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
-LONGEST, SHORTEST = 4.0, 0.05  # factors of the time step
+LONGER, SHORTEST = 2.0, 0.05  # factors of the time step
 REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
 
 Other = Callable[[Measured, float], Settings | None]
+
+
+@dataclass
+class Ladder:
+    """Pilots by their number of particles, all with the same factor of the time step."""
+
+    pilots: Pilots
+    main: Knob
+    timestep: Knob
+    factor: float
+    runs: dict[int, Measured] = field(default_factory=dict)
+
+    @property
+    def finest(self) -> int:
+        """The most particles so far."""
+        return max(self.runs)
+
+    def run(self, count: int, factor: float, more: tuple[str, ...] = (), what: str = "") -> Measured:
+        """A pilot with so many particles, and other settings if need be."""
+        steps = "" if factor == 1.0 else f", time steps {factor:g} times as long"
+        settings = (*self.main.overrides(float(count)), *self.timestep.overrides(factor), *more)
+        return self.pilots.run(f"{count} particles{steps}{what}", settings, self.work(count, factor))
+
+    def work(self, count: float, factor: float) -> float:
+        """Evaluations of particles that so many will take."""
+        if not self.runs:
+            return _counted(self.quiet(int(count), factor))
+        last = self.runs[self.finest]
+        return last.evaluations * (count / self.finest) ** self.power * self.factor / factor
+
+    def of_run(self, count: float, factor: float) -> float:
+        """The same of the run, which meets the times of its records."""
+        return max(self.work(count, factor), count * self.pilots.met)
+
+    @property
+    def power(self) -> float:
+        """Of the number of particles, that evaluations go as: by the two finest pilots."""
+        if len(self.runs) < 2:
+            return COST
+        fine, coarse = sorted(self.runs, reverse=True)[:2]
+        ratio = self.runs[fine].evaluations / self.runs[coarse].evaluations
+        return min(max(math.log(ratio) / math.log(fine / coarse), 1.0), COST)
+
+    def seconds(self, count: float) -> float:
+        """Of wall time, that preparing so many and their steps will take."""
+        last = self.runs[self.finest]
+        return (last.preparation_time + last.step_time) * (count / self.finest) ** COST
+
+    def affords(self, more: float, count: float, factor: float) -> bool:
+        """Whether pilots with so many more evaluations cost no more than a run of so many particles."""
+        return self.pilots.work + more <= self.of_run(count, factor)
+
+    def quiet(self, count: int, factor: float) -> Scene:
+        """The scene of a pilot."""
+        settings = (*self.main.overrides(float(count)), *self.timestep.overrides(factor))
+        return measuring.scene_of(self.pilots.scene, Setting("pilot", count, settings), self.pilots.observables)
+
+
+def _counted(scene: Scene) -> float:
+    with suppress(ArithmeticError, ValueError):
+        counts = counted(scene)
+        return 0.0 if counts is None else counts.evaluations * (scene.particles or 0)
+    return 0.0
 
 
 def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Settings | OutOfReach:
     """The cheapest number of particles, factor of the time steps and error of gravity for an accuracy.
 
     seconds: of wall time that the run may take. other: asked after every pilot with what the ladder tends to and how
-    sure that is; where it finds something (a cheaper model that agrees), that is taken.
+    unsure that is; where it finds something (a cheaper model that agrees), that is taken in place of the particles'
+    run, which pilots cost no more than.
     """
     by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
-    main, ladder = by_name["particles"], {}
-    _announce(pilots, main)
-    count, estimate = FEWEST, None
+    main, timestep = by_name["particles"], by_name["timestep_factor"]
+    ladder = Ladder(pilots, main, timestep, LONGER if LONGER in timestep.values else 1.0)
+    few = knobs.with_overrides(pilots.scene, main.overrides(1000.0))  # neighbours may rise with particles, from there
+    count = fewest = round(FEWEST * smoothing(few)[1])
+    _announce(ladder, fewest)
     while True:
-        pilot = pilots.run(f"{count} particles", main.overrides(float(count)))
-        if pilot.failure:
-            if count >= FEWEST * GROWTH**STEP_PILOT:
-                return OutOfReach(f"a pilot with {count} particles failed: {pilot.failure}")
-        else:
-            ladder[count] = pilot
-        if len(ladder) >= 2:
-            steps = {n ** (-1 / 3): run for n, run in ladder.items()}
+        pilot = ladder.run(count, ladder.factor)
+        if not pilot.failure:
+            ladder.runs[count] = pilot
+        elif ladder.factor > 1.0:
+            ladder.factor, ladder.runs, count = 1.0, {}, fewest
+            continue
+        elif count >= FAILING * fewest:
+            return OutOfReach(f"a pilot with {count} particles failed: {pilot.failure}")
+        following = int(GROWTH * count)
+        if len(ladder.runs) >= 2:
+            steps = {n ** (-1 / 3): ladder.runs[n] for n in sorted(ladder.runs)[-LAST:]}
             estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
-            cheaper = other(pilots.limit(steps, estimate.order), UNSURE * estimate.error)
+            limit = pilots.limit(steps, estimate.order)
+            cheaper = other(limit, UNSURE * estimate.error)
             if cheaper is not None:
                 return cheaper
-        if estimate is not None and len(ladder) >= 3:
-            wanted = _particles(estimate, max(ladder), OF_RESOLUTION * accuracy)
-            cost = _cost(ladder, wanted)
-            if wanted <= BEYOND * count and cost <= seconds:
-                return _settled(pilots, by_name, ladder, estimate, wanted, accuracy)
-            if cost > seconds and _cost(ladder, GROWTH * count) > REFUSING * seconds:
-                return _refusal(ladder, estimate, wanted, cost, seconds)
-        count = int(GROWTH * count)
+            wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
+            further = ladder.work(following, ladder.factor) + ladder.work(fewest, 1.0)
+            if ladder.seconds(wanted) > seconds:
+                if len(ladder.runs) > 2 and ladder.seconds(following) > REFUSING * seconds:
+                    return _refusal(ladder, estimate, wanted, seconds)
+            elif not ladder.affords(further, wanted, ladder.factor):
+                return _settled(ladder, estimate, wanted, accuracy)
+            elif len(ladder.runs) > 2 and wanted <= BEYOND * count and other(limit, 0.0) is None:
+                return _settled(ladder, estimate, wanted, accuracy)  # else a finer pilot may tell that it agrees
+        count = following
 
 
-def _announce(pilots: Pilots, main: Knob) -> None:
-    """Say what the pilots will take that every search runs: three numbers of particles, and longer steps at one."""
-    counts = [FEWEST * GROWTH**rung for rung in (0, 1, 2, STEP_PILOT - 1)]
-    predictions = [
-        predict(knobs.with_overrides(pilots.scene, main.overrides(count)), machine.current()) for count in counts
-    ]
-    times = [prediction.wall_time for prediction in predictions if prediction is not None]
-    if len(times) == len(counts):
-        pilots.listener(f"{len(counts)} pilots or more before the run, of about {duration(sum(times))} in all")
+def _announce(ladder: Ladder, fewest: int) -> None:
+    """Say what the pilots will take that every search runs: two numbers of particles, and shorter steps at one."""
+    first = [(fewest, ladder.factor), (int(GROWTH * fewest), ladder.factor), (fewest, 1.0)]
+    times, compiling = zip(*(seconds_of(ladder.quiet(*one)) for one in first), strict=True)
+    if all(times):
+        ladder.pilots.listener(
+            f"{len(first)} pilots before the run, of about {duration(sum(times) + max(compiling))} in all; more of "
+            "them as long as all cost no more than the run"
+        )
 
 
-def _particles(estimate: Estimate, finest: int, error: float) -> float:
-    """How many particles have an error, two digits, by what the finest pilot has."""
-    wanted = min(finest * estimate.ratio_for(error) ** -3, MOST)
-    if not wanted > FEWEST:
-        return float(FEWEST)
-    unit = 10.0 ** (math.floor(math.log10(wanted)) - 1)
-    return math.ceil(wanted / unit) * unit
+def _particles(ladder: Ladder, estimate: Estimate, error: float) -> float:
+    """How many particles have an error, by what the finest pilot has."""
+    wanted = min(ladder.finest * estimate.ratio_for(error) ** -3, MOST)
+    return _rounded(wanted) if wanted > LEAST else float(LEAST)
 
 
-def _cost(ladder: dict[int, Measured], count: float) -> float:
-    finest = max(ladder)
-    return ladder[finest].wall_time * (count / finest) ** COST
+def _rounded(count: float) -> float:
+    """Up, to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(count)) - 1)
+    return math.ceil(count / unit) * unit
 
 
-def _settled(
-    pilots: Pilots, by_name: dict[str, Knob], ladder: dict[int, Measured], estimate: Estimate, wanted: float,
-    accuracy: float,
-) -> Settings:  # fmt: skip
-    finest = max(ladder)
-    main = by_name["particles"]
-    errors = {"resolution": estimate.at((wanted / finest) ** (-1 / 3))}
-    reasons = [
-        f"{wanted:.0f} particles: pilots with {', '.join(map(str, sorted(ladder)))} tell an error of "
-        f"{estimate.error:.1e} at {finest}, which falls as h^{estimate.order:.2g}"
-    ]
-    overrides, chosen, seconds = main.overrides(wanted), {"particles": wanted}, _cost(ladder, wanted)
-    tried = sorted(ladder)[min(STEP_PILOT, len(ladder)) - 1]
-    plain = ladder[tried]
-    factor, error, why = _timestep(pilots, by_name["timestep_factor"], tried, plain, OF_STEPS * accuracy)
-    errors["time steps"] = error
-    reasons.append(why)
-    if factor != 1.0:
-        overrides += by_name["timestep_factor"].overrides(factor)
-        chosen["timestep_factor"], seconds = factor, seconds / factor
-    if (gravity := _gravity_of(pilots, wanted)) is not None:
-        value, error, why = _gravity(pilots, gravity, tried, plain, OF_GRAVITY * accuracy)
-        errors["gravity"] = error
-        reasons.append(why)
-        if value != gravity.default:
-            overrides, chosen["force_error"] = overrides + gravity.overrides(value), value
-    return Settings(overrides, chosen, errors, seconds, tuple(reasons))
-
-
-def _timestep(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: float) -> tuple[float, float, str]:
-    """The longest time steps whose error, by second order, stays below a share; that error; and why."""
-    main = knobs.knobs(pilots.scene)[0]
-    least, most = 1.0, math.inf
-    for longer in sorted((multiple for multiple in map(float, knob.values) if 1.0 < multiple <= LONGEST), reverse=True):
-        label = f"{count} particles, time steps {longer:g} times as long"
-        apart = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(longer))), plain)
-        if math.isfinite(apart):
-            least, most = apart / (longer**2 - 1.0), longer
-            break
-    if not math.isfinite(most):
-        return 1.0, 0.0, "time steps as they are: none longer can be tried"
-    wanted = math.sqrt(share / least) if least > 0.0 else most
-    factor = float(f"{min(max(wanted, SHORTEST), most):.2g}")
+def _settled(ladder: Ladder, estimate: Estimate, wanted: float, accuracy: float) -> Settings:
+    pilots, finest = ladder.pilots, ladder.finest
+    tried = max(
+        (n for n in ladder.runs if n <= TRIED and ladder.affords(ladder.work(n, 1.0), wanted, ladder.factor)),
+        default=min(ladder.runs),
+    )
+    factor, of_steps, steps = _timestep(ladder, tried, OF_STEPS * accuracy)
+    gravity = _gravity(ladder, tried, wanted, factor, OF_GRAVITY * accuracy)
+    least = finest * (pilots.work / ladder.work(finest, factor)) ** (1.0 / ladder.power)
+    least = min(least, pilots.work / max(pilots.met, 1))
     why = (
-        f"time steps {factor:g} times as long: {most:g} times as long they err {most**2 * least:.1e} "
+        f"pilots with {', '.join(map(str, sorted(ladder.runs)))} tell an error of {estimate.error:.1e} at {finest}, "
+        f"which falls as h^{estimate.order:.2g}{'' if len(ladder.runs) > 2 else ', as two are taken to tell'}"
+    )
+    if wanted < least:
+        wanted, why = _rounded(least), f"{why}; fewer would cost less than the pilots"
+    overrides, chosen = ladder.main.overrides(wanted), {"particles": wanted}
+    errors = {"resolution": estimate.at((wanted / finest) ** (-1 / 3)), "time steps": of_steps}
+    reasons = [f"{wanted:.0f} particles: {why}", steps]
+    if factor != 1.0:
+        overrides += ladder.timestep.overrides(factor)
+        chosen["timestep_factor"] = factor
+    if gravity is not None:
+        knob, value, errors["gravity"], why = gravity
+        reasons.append(why)
+        if value != knob.default:
+            overrides, chosen["force_error"] = overrides + knob.overrides(value), value
+    seconds = ladder.seconds(wanted) * ladder.factor / factor
+    return Settings(overrides, chosen, errors, seconds, tuple(reasons), ladder.of_run(wanted, factor))
+
+
+def _timestep(ladder: Ladder, count: int, share: float) -> tuple[float, float, str]:
+    """The longest time steps whose error, by second order, stays below a share; that error; and why."""
+    longer = ladder.factor
+    if longer == 1.0:
+        return 1.0, 0.0, "time steps as they are: none longer can be tried"
+    apart = ladder.pilots.apart(ladder.runs[count], ladder.run(count, 1.0))
+    if not math.isfinite(apart):
+        return 1.0, 0.0, "time steps as they are: a pilot with them failed"
+    least = apart / (longer**2 - 1.0)
+    wanted = math.sqrt(share / least) if least > 0.0 else longer
+    factor = float(f"{min(max(wanted, SHORTEST), longer):.2g}")
+    why = (
+        f"time steps {factor:g} times as long: {longer:g} times as long they err {longer**2 * least:.1e} "
         f"with {count} particles"
     )
     return factor, least * factor**2, why
 
 
-def _gravity_of(pilots: Pilots, count: float) -> Knob | None:
-    scene = knobs.with_overrides(pilots.scene, knobs.knobs(pilots.scene)[0].overrides(count))
-    return next((knob for knob in knobs.knobs(scene) if knob.name == "force_error"), None)
+def _gravity(
+    ladder: Ladder, count: int, wanted: float, factor: float, share: float
+) -> tuple[Knob, float, float, str] | None:
+    """The coarsest gravity that is no coarser than a share, and whose error against the plain pilot is below it.
 
-
-def _gravity(pilots: Pilots, knob: Knob, count: int, plain: Measured, share: float) -> tuple[float, float, str]:
-    """The coarsest gravity that is no coarser than a share, and whose error against the plain pilot is below it."""
-    main = knobs.knobs(pilots.scene)[0]
-    value, error = knob.default, math.nan
-    for value in knob.values:  # from coarse to fine
-        if float(value) > share and value != knob.values[-1]:
+    None where gravity is not by multipoles; as it is where the pilots would cost more than the run.
+    """
+    scene = knobs.with_overrides(ladder.pilots.scene, ladder.main.overrides(wanted))
+    knob = next((knob for knob in knobs.knobs(scene) if knob.name == "force_error"), None)
+    if knob is None:
+        return None
+    value, error, why = float(knob.default), math.nan, ""
+    for tried in map(float, knob.values):  # from coarse to fine
+        if tried > share and tried != knob.values[-1]:
             continue
-        label = f"{count} particles, gravity to {value:g}"
-        error = pilots.apart(pilots.run(label, (*main.overrides(float(count)), *knob.overrides(value))), plain)
+        if not ladder.affords(ladder.work(count, ladder.factor), wanted, factor):
+            value = error = float(knob.default)  # motion is linear in it
+            why = f"gravity to {value:g}, as it is: one more pilot would cost more than the run"
+            break
+        pilot = ladder.run(count, ladder.factor, knob.overrides(tried), f", gravity to {tried:g}")
+        value, error = tried, ladder.pilots.apart(pilot, ladder.runs[count])
+        why = f"gravity to {value:g} changes the pilot with {count} particles by {error:.1e}"
         if error <= share:
             break
-    return float(value), error, f"gravity to {value:g} changes the pilot with {count} particles by {error:.1e}"
+    return knob, value, error, why
 
 
-def _refusal(ladder: dict[int, Measured], estimate: Estimate, wanted: float, cost: float, seconds: float) -> OutOfReach:
-    finest = max(ladder)
-    most = finest * (seconds / ladder[finest].wall_time) ** (1.0 / COST)
+def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float) -> OutOfReach:
+    finest = ladder.finest
+    most = finest * (seconds / ladder.seconds(finest)) ** (1.0 / COST)
     best = estimate.at((most / finest) ** (-1 / 3)) / OF_RESOLUTION
     return OutOfReach(
-        f"it takes {wanted:.2g} particles and {duration(cost)}; in {duration(seconds)} some {most:.2g} "
-        f"particles have {best:.1e}"
+        f"it takes {wanted:.2g} particles and {duration(ladder.seconds(wanted))}; in {duration(seconds)} some "
+        f"{most:.2g} particles have {best:.1e}"
     )

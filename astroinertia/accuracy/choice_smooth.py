@@ -1,26 +1,32 @@
 """The search for the cheapest integration of a body without particles that has a wanted accuracy.
 
-Every method that the scene allows (adaptive to a tolerance; splittings of several orders) is climbed from coarse to
-fine until its own differences tell an error below what is wanted; the one that took the least time is chosen.
-Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
+Two coarse pilots of the cheapest method tell how large its error is, and by theory what other methods (adaptive to a
+tolerance; splittings of several orders) would take. The cheapest is climbed from coarse to fine until its own
+differences tell an error below what is wanted, or until one more pilot would cost more than the run; then the rest is
+extrapolated. Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 from astroinertia.accuracy.estimates import Estimate
-from astroinertia.accuracy.knobs import Value
+from astroinertia.accuracy.knobs import with_overrides
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
-from astroinertia.accuracy.words import duration
+from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
+from astroinertia.costs import smooth
+from astroinertia.errors import SceneError
+from astroinertia.integrate.rigid_splitting import COMPOSITIONS
 from astroinertia.scene.schema import Scene
 
 SHARE = 0.4  # of the wanted accuracy that the method may err, for the estimate has an error of its own
 FEWEST_STEPS, MOST_STEPS = 4.0, 1e5  # in a rotation
 FINEST_TOLERANCE = 1e-14
-COSTLIER = 1.2  # times the cheapest so far, at which a method is given up
-ORDERS = (6, 8, 4, 2)  # of splittings, the likeliest first: others are given up as soon as they cost more
+COARSER = 1e6  # times the accuracy, the coarsest tolerance: fine enough for an order, and cheap beside the run
+OF_PAIR = 8.0  # order of the adaptive pair: its steps are as many as the tolerance to minus one over this
+STAGES = 36.0  # of a splitting, that take as long as a step of that pair (costs/machine.py)
+ROUNDED = 100.0  # times the least error, above which rounding has taken over
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,7 @@ class Method:
     """A way to integrate, with one number that says how finely.
 
     values: from coarse to fine, each `growth` times finer in `step`, of which the error goes as the power `order`, or
-    as another within `orders`; between: whether numbers between those are worth taking.
+    as another within `orders`; between: whether numbers between those are worth taking; stages: of a step.
     """
 
     name: str
@@ -39,32 +45,44 @@ class Method:
     order: float
     orders: tuple[float, float]
     between: bool
+    stages: float
+
+    def steps(self, value: float) -> float:
+        """How many there are, over any unit."""
+        return value if self.between else value ** (-1.0 / OF_PAIR)
+
+    def finer(self, value: float, times: float) -> float:
+        """The value with so many times the steps, or at least these, within its bounds."""
+        if self.between:
+            return min(max(float(f"{value * times * 1.05:.2g}"), self.values[0]), self.values[-1])
+        wanted = value * times**-OF_PAIR
+        return next((one for one in self.values if one <= 1.01 * wanted), self.values[-1])
 
 
 def methods(scene: Scene, accuracy: float) -> tuple[Method, ...]:
-    """Those that a scene's model has; some of them a scene may refuse."""
-    coarsest = 10.0 ** min(-2.0, math.ceil(math.log10(accuracy)))
-    tolerances = [coarsest]
+    """Those that a scene's model has, the cheapest of a step first; some of them a scene may refuse."""
+    tolerances = [10.0 ** min(-2.0, math.ceil(math.log10(COARSER * accuracy)))]
     while tolerances[-1] > 1.5 * FINEST_TOLERANCE:
         tolerances.append(float(f"{tolerances[-1] / 10.0:.1e}"))
     rigid = scene.model == "rigid"
     adaptive = ("numerics.integrator='adaptive'",) if rigid else ()
     by_tolerance = Method(
         "tolerance", tuple(tolerances), lambda value: (*adaptive, f"numerics.tolerance={value!r}"),
-        float, float, 1.0, (0.5, 1.3), between=False,
+        float, float, 1.0, (0.5, 1.0), between=False, stages=STAGES,
     )  # fmt: skip
     if not rigid:
         return (by_tolerance,)
     steps = [FEWEST_STEPS]
     while steps[-1] < MOST_STEPS:
-        steps.append(2.0 * steps[-1])
+        steps.append(min(2.0 * steps[-1], MOST_STEPS))
     return (
         *(
             Method(
                 f"steps_per_rotation of order {order}", tuple(steps), _splitting(order),
                 lambda value: 1.0 / value, lambda step: 1.0 / step, float(order), (1.0, order + 0.5), between=True,
+                stages=float(len(stages)),
             )
-            for order in ORDERS
+            for order, stages in COMPOSITIONS.items()
         ),
         by_tolerance,
     )  # fmt: skip
@@ -76,86 +94,163 @@ def _splitting(order: int) -> Callable[[float], tuple[str, ...]]:
     )  # fmt: skip
 
 
+@dataclass
+class Ladder:
+    """Pilots of a method by its value, from coarse to fine; wanted: the error that it is to have."""
+
+    pilots: Pilots
+    method: Method
+    wanted: float
+    runs: dict[float, Measured] = field(default_factory=dict)
+    ended: bool = False
+    least: tuple[float, str] = (math.inf, "no method could be tried")
+
+    @property
+    def following(self) -> float:
+        """The next value to try."""
+        coarsest = self.method.step(min(self.runs, key=self.method.step)) if self.runs else math.inf
+        return next((value for value in self.method.values if self.method.step(value) < 0.99 * coarsest), math.nan)
+
+    def climb(self) -> None:
+        """One pilot more; the end of the ladder where it fails."""
+        value = self.following
+        label = f"{self.method.name.replace('_', ' ')} {value:g}"
+        pilot = self.pilots.run(label, self.method.overrides(value), self.work(value), self.method.stages)
+        if pilot.failure:
+            self.ended = True
+            return
+        self.runs[value] = pilot
+        error = self.estimate.error
+        if error < self.least[0]:
+            self.least = (error, label)
+        rounded = len(self.runs) > 4 and error > ROUNDED * self.least[0]
+        self.ended = rounded or math.isnan(self.following)
+
+    @property
+    def estimate(self) -> Estimate:
+        """Of the finest; coarser ones than the last four say nothing of the order that counts."""
+        kept = sorted(self.runs, key=self.method.step)[:4]
+        steps = {self.method.step(value): self.runs[value] for value in kept}
+        return self.pilots.estimate(steps, self.method.order, self.method.orders)
+
+    @property
+    def finest(self) -> float:
+        """The finest value so far."""
+        return min(self.runs, key=self.method.step)
+
+    def work(self, value: float) -> float:
+        """Stages that a pilot takes; 0 where nothing says so."""
+        method = self.method
+        if self.runs:
+            last = self.finest
+            return method.stages * self.runs[last].evaluations * method.steps(value) / method.steps(last)
+        with suppress(ArithmeticError, ValueError, SceneError):
+            return method.stages * smooth.steps(with_overrides(self.pilots.scene, method.overrides(value)), 2)
+        return 0.0
+
+    def of_run(self, value: float) -> float:
+        """Stages that the run takes, which meets the times of its records."""
+        return max(self.work(value), self.method.stages * self.pilots.met)
+
+    @property
+    def predicted(self) -> float:
+        """Stages of the run that the method would choose; infinite where pilots tell nothing, or it has ended."""
+        error = self.estimate.error
+        if error <= self.wanted:
+            return self.of_run(self.finest)
+        return math.inf if self.ended or math.isnan(error) else self.of_run(self.extrapolated)
+
+    @property
+    def extrapolated(self) -> float:
+        """The value with the wanted error, by how the error falls."""
+        ratio = self.estimate.ratio_for(self.wanted)
+        return self.method.finer(self.finest, ratio ** (-1.0 if self.method.between else -1.0 / OF_PAIR))
+
+    def by_theory(self, other: "Ladder") -> float:
+        """Stages of the run that the method would choose if its steps erred as those of another one do."""
+        method, estimate = self.method, other.estimate
+        if not (method.between and other.method.between):
+            value = min(max(self.wanted, method.values[-1]), method.values[0])
+            return math.inf if method.between else self.of_run(value)
+        coarse = other.finest * estimate.error ** (1.0 / estimate.order)
+        return self.of_run(max(coarse / self.wanted ** (1.0 / method.order), FEWEST_STEPS))
+
+    @property
+    def beginning(self) -> float:
+        """Stages of the first two pilots."""
+        return sum(map(self.work, self.method.values[len(self.runs) : 2]))
+
+    def seconds(self, value: float) -> float:
+        """Of wall time, that the run is predicted to take."""
+        return seconds_of(with_overrides(self.pilots.scene, self.method.overrides(value)))[0]
+
+
 def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:
     """The cheapest of all methods for an accuracy; seconds: of wall time that the run may take."""
-    best: Settings | None = None
-    finest: list[tuple[float, str]] = []  # the least error of the methods that do not reach it
-    for method in methods(pilots.scene, accuracy):
-        limit = seconds if best is None else min(seconds, COSTLIER * best.seconds)
-        outcome = _climbed(pilots, method, SHARE * accuracy, limit)
-        if isinstance(outcome, Settings):
-            best = outcome if best is None or outcome.seconds < best.seconds else best
-        elif outcome is not None:
-            finest.append(outcome)
-    if best is not None:
-        return best
-    error, reason = min(finest, default=(math.nan, "no method could be tried"))
+    ladders = [Ladder(pilots, method, SHARE * accuracy) for method in methods(pilots.scene, accuracy)]
+    while True:
+        best = min((ladder for ladder in ladders if len(ladder.runs) > 1), key=lambda one: one.predicted, default=None)
+        others = [ladder for ladder in ladders if len(ladder.runs) < 2 and not ladder.ended]
+        if best is None or best.predicted == math.inf:
+            open_ones = [*others, *(ladder for ladder in ladders if not ladder.ended and ladder not in others)]
+            if not open_ones:
+                return _refusal(ladders)
+            open_ones[0].climb()
+            continue
+        cheaper = {
+            cost: ladder for ladder in others
+            if (cost := ladder.by_theory(best)) < best.predicted and pilots.work + ladder.beginning <= best.predicted
+        }  # fmt: skip
+        if cheaper:
+            cheaper[min(cheaper)].climb()
+        elif best.estimate.error <= best.wanted and len(best.runs) > 2:
+            return _settled(best) if best.seconds(best.finest) <= seconds else _refusal(ladders)
+        elif best.ended or pilots.work + best.work(best.following) > best.predicted:
+            settings = _settled(best)
+            reached = settings.error <= 1.01 * best.wanted and settings.seconds <= seconds
+            return settings if reached else _refusal(ladders)
+        elif best.seconds(best.following) > seconds:
+            return _refusal(ladders)
+        else:
+            best.climb()
+
+
+def _refusal(ladders: list[Ladder]) -> OutOfReach:
+    error, reason = min(ladder.least for ladder in ladders)
     return OutOfReach(f"the least error found is {error:.1e}: {reason}")
 
 
-def _climbed(pilots: Pilots, method: Method, wanted: float, limit: float) -> Settings | tuple[float, str] | None:
-    """What a method takes; or the least error that it has, and with what; None where it fails from the start."""
-    ladder: dict[float, Measured] = {}
-    least: tuple[float, str] | None = None
-    for value in method.values:
-        label = f"{method.name.replace('_', ' ')} {value:g}"
-        pilot = pilots.run(label, method.overrides(value))
-        if pilot.failure:
-            if ladder:
-                return least
-            continue
-        ladder[value] = pilot
-        if len(ladder) > 1:
-            estimate = _estimated(pilots, method, ladder)
-            error = estimate.error
-            if error <= wanted and len(ladder) > 2:
-                return _settled(pilots, method, ladder, estimate, wanted)
-            if math.isfinite(error) and (least is None or error < least[0]):
-                least = (error, f"{label}, in {duration(pilot.cpu_time)}")
-            if len(ladder) > 2 and pilot.cpu_time * _finer(method, estimate, wanted) > limit:
-                return least
-            if len(ladder) > 4 and least is not None and error > 100.0 * least[0]:
-                return least  # rounding has taken over
-        if pilot.cpu_time > limit:
-            return least
-    return least
+def _settled(ladder: Ladder) -> Settings:
+    """The coarsest value whose difference from the finest run, and those of all finer ones, are small enough.
 
-
-def _finer(method: Method, estimate: Estimate, wanted: float) -> float:
-    """How many times as many steps as the finest pilot's an error takes."""
-    steps_go_as = 1.0 if method.between else 1.0 / 8.0  # of a pair of order 8, as its tolerance^(-1/8)
-    return 1.0 / estimate.ratio_for(wanted) ** steps_go_as if estimate.error > wanted else 1.0
-
-
-def _estimated(pilots: Pilots, method: Method, ladder: dict[float, Measured]) -> Estimate:
-    # Coarser ones than the last four say nothing of the order that counts.
-    kept = sorted(ladder, key=method.step)[:4]
-    return pilots.estimate({method.step(value): ladder[value] for value in kept}, method.order, method.orders)
-
-
-def _settled(
-    pilots: Pilots, method: Method, ladder: dict[float, Measured], estimate: Estimate, wanted: float
-) -> Settings:
-    """The coarsest value whose difference from the finest run, and those of all finer ones, are small enough."""
-    ranked = sorted(ladder, key=method.step)
-    finest = ranked[0]
-    value, error = finest, estimate.error
+    Where the finest is not, what has the wanted error by how it falls; none whose run would cost less than the pilots.
+    """
+    method, wanted, estimate = ladder.method, ladder.wanted, ladder.estimate
+    ranked = sorted(ladder.runs, key=method.step)
+    value, error = ranked[0], estimate.error
+    why = f"runs up to {value:g} tell an error of {error:.1e} there, of order {estimate.order:.2g}"
+    if error > wanted:
+        value, why = ladder.extrapolated, f"{why}, by which finer ones are taken to err"
+        error = estimate.at(method.step(value) / method.step(ranked[0]))
     for coarser in ranked[1:]:
-        apart = pilots.apart(ladder[coarser], ladder[finest]) + estimate.error
+        apart = ladder.pilots.apart(ladder.runs[coarser], ladder.runs[ranked[0]]) + estimate.error
         if apart > wanted:
             break
         value, error = coarser, apart
-    seconds = ladder[value].cpu_time
-    if method.between:
+    if method.between and value in ranked and value != method.values[0]:
         order = min(estimate.order, method.order)
         further = min((wanted / error) ** (1.0 / order), 2.0) if error > 0.0 else 2.0
-        if further > 1.05 and value != method.values[0]:
+        if further > 1.05:
             chosen = float(f"{method.value_at(further * method.step(value)):.2g}")
-            seconds, error = seconds * chosen / value, error * (value / chosen) ** order
-            value = chosen
-    settings: dict[str, Value] = {method.name: value}
-    why = (
-        f"{method.name.replace('_', ' ')} {value:g}: runs up to {finest:g} tell an error of {estimate.error:.1e} "
-        f"there, of order {estimate.order:.2g}"
-    )
-    return Settings(method.overrides(value), settings, {"integration": error}, seconds, (why,))
+            value, error = chosen, error * (value / chosen) ** order
+    if (least := ladder.pilots.work) > ladder.of_run(value):
+        chosen, why = (
+            method.finer(value, least / ladder.work(value)),
+            f"{why}; a coarser run would cost less than the pilots",
+        )
+        value, error = chosen, error * (method.step(chosen) / method.step(value)) ** estimate.order
+    name = method.name.replace("_", " ")
+    return Settings(
+        method.overrides(value), {method.name: value}, {"integration": error}, ladder.seconds(value),
+        (f"{name} {value:g}: {why}",), ladder.of_run(value),
+    )  # fmt: skip

@@ -40,9 +40,10 @@ def estimate(
     """The error of the value at the finest step, relative to its size.
 
     order: what theory says, taken where the ladder tells none; trust: its standard deviation from case to case, by
-    which it is weighed against the ladder's own; orders: the least and the largest that are believed.
-    Each coarser value gives an estimate by Richardson's rule; the largest one counts, for two runs may agree by chance
-    while three or four do not. UNKNOWN with fewer than two values. Source: Richardson 1911 (see convergence).
+    which it is weighed against the ladder's own; orders: the least and the largest that are believed. Two values tell
+    no order: theory's less its deviation counts, or half of it. Each coarser value gives an estimate by Richardson's
+    rule; the largest one counts, for two may agree by chance while three or four do not. UNKNOWN with fewer than two
+    values. Source: Richardson 1911 (see convergence).
 
     >>> steps = np.array([0.4, 0.2, 0.1])
     >>> judged = estimate(steps, 1 + steps[:, None] ** 2, order=2.0, orders=(1.0, 4.0))
@@ -56,7 +57,7 @@ def estimate(
         return UNKNOWN
     law = convergence.self_convergence(r, v, size, _ROUND_OFF)
     least, most = orders
-    p = order
+    p = order if len(r) > 2 else max(order - trust, 0.5 * order)
     if law.credible:
         own = max(law.uncertainty, _SCATTER) if math.isfinite(law.uncertainty) else _SCATTER
         share = 1.0 / (1.0 + (own / trust) ** 2)

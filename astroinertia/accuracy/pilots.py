@@ -1,6 +1,7 @@
 """Pilot runs of a search: each setting of a scene is run once, kept in a folder, and reported.
 
-Tests: tests/unit/accuracy/test_choice.py.
+What they cost is counted in evaluations of a particle, or stages of steps of a body without particles: the same on
+every machine, so that the same pilots are run there. Tests: tests/unit/accuracy/test_choice.py.
 """
 
 import math
@@ -16,7 +17,11 @@ from astroinertia.accuracy.estimates import Estimate, estimate, worst
 from astroinertia.accuracy.knobs import Setting, Value
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
+from astroinertia.accuracy.words import duration
+from astroinertia.costs import machine
+from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
+from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 
 Listener = Callable[[str], None]
@@ -24,33 +29,55 @@ Listener = Callable[[str], None]
 
 @dataclass
 class Pilots:
-    """Runs of a scene at settings, none of them twice. spent: seconds of wall time so far."""
+    """Runs of a scene at settings, none of them twice.
+
+    So far: spent, seconds of wall time; work, evaluations, and `predicted`, what was predicted of each before.
+    """
 
     scene: Scene
     observables: tuple[SelectedObservable, ...]
     folder: Path
     listener: Listener
     spent: float = 0.0
+    work: float = 0.0
+    predicted: float = 0.0
     done: dict[tuple[str, ...], Measured] = field(default_factory=dict)
 
-    def run(self, label: str, overrides: Sequence[str]) -> Measured:
-        """What the scene gives with these overrides; a setting that fails, or that the scene refuses, says so."""
+    def run(self, label: str, overrides: Sequence[str], work: float = 0.0, stages: float = 1.0) -> Measured:
+        """What the scene gives with these overrides; a setting that fails, or that the scene refuses, says so.
+
+        work: that it is predicted to take; stages: of what is counted as an evaluation.
+        """
         key = tuple(overrides)
         if key not in self.done:
-            self.listener(label)
             begin = clock.monotonic()
-            self.done[key] = self._measured(Setting("pilot", label, key))
+            measured = self.done[key] = self._measured(Setting("pilot", label, key))
             self.spent += clock.monotonic() - begin
+            taken = work if measured.failure else stages * measured.evaluations
+            self.work, self.predicted = self.work + taken, self.predicted + work
         return self.done[key]
+
+    @property
+    def met(self) -> int:
+        """Times of records that steps of the run are to meet, each of which takes one at least."""
+        scene = self.scene
+        every = cadence(scene).series_every
+        if every is None or (scene.model == "sph" and not scene.output.align):
+            return 0
+        return records(scene.time.end, every) - 1
 
     def _measured(self, setting: Setting) -> Measured:
         try:
             scene = measuring.scene_of(self.scene, setting, self.observables)
         except SceneError as error:
             return measuring.failed(str(error), self.observables)
+        seconds, _ = seconds_of(scene)
+        self.listener(f"{setting.value}, about {duration(seconds)}" if seconds > 0.0 else str(setting.value))
         place = measuring.folder_of(self.folder, scene, setting)
         stored = measuring.stored(place, self.observables)
-        return measuring.measure(scene, self.observables, place) if stored is None else stored
+        if stored is None or not (stored.failure or stored.evaluations):
+            return measuring.measure(scene, self.observables, place, rehearsed=False)
+        return stored
 
     def apart(self, one: Measured, other: Measured) -> float:
         """The largest relative difference of any observable; infinite where one of them failed."""
@@ -85,12 +112,21 @@ class Pilots:
         return replace(one, values=values)
 
 
+def seconds_of(scene: Scene) -> tuple[float, float]:
+    """Wall time of a pilot in a process that runs, and that of compiling, which only its first takes; 0 if unknown."""
+    prediction = predict(scene, machine.current())
+    if prediction is None:
+        return 0.0, 0.0
+    compiling = prediction.parts.get("compiling", machine.Seconds()).wall
+    return prediction.wall_time - prediction.parts["start-up"].wall - compiling, compiling
+
+
 @dataclass(frozen=True)
 class Settings:
     """A setting that a search settled for.
 
     chosen: {knob: value}; errors: {source: relative error that is expected}; seconds: of wall time that its steps and
-    preparation are expected to take; reasons: a sentence each.
+    preparation are expected to take; reasons: a sentence each; work: that the run is expected to take, as of pilots.
     """
 
     overrides: tuple[str, ...]
@@ -98,6 +134,7 @@ class Settings:
     errors: Mapping[str, float]
     seconds: float
     reasons: tuple[str, ...]
+    work: float = 0.0
 
     @property
     def error(self) -> float:

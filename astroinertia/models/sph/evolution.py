@@ -65,6 +65,7 @@ class Particles:
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
         self._step = jax.jit(step) if problem.engine.name == "xla" else step
+        self.evaluations = 0  # of a particle, since this object was made
 
     @property
     def absent(self) -> Mapping[str, str]:
@@ -105,9 +106,11 @@ class Particles:
                 except NumericalError as error:
                     raise self._too_short(error.message) from None
                 self.note = str(taken)
+                self.evaluations += taken.evaluations
             else:
                 dt = towards(until - self.time, min(dt, longest))
                 self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
+                self.evaluations += len(self.state.mass)
         if not np.isfinite(float(self.state.rates.timestep)) or not np.isfinite(
             float(self.state.ledger.kinetic_tensor.value.sum())
         ):

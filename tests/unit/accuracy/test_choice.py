@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.accuracy import choice, measuring
+from astroinertia.accuracy import choice, choice_smooth, measuring
 from astroinertia.accuracy.measuring import Measured
+from astroinertia.accuracy.selected_observables import default_names, parsed
 from astroinertia.errors import SceneError
+from astroinertia.integrate.rigid_splitting import COMPOSITIONS
 from astroinertia.scene import load
+from tests.delivered_scenes import ELLIPSOID
 from tests.tradeoff_scenes import SIMS, TOY_STAR
 
+STAGES = {order: len(stages) for order, stages in COMPOSITIONS.items()} | {"": choice_smooth.STAGES}
 QUIET = ("body.particles=600", "time.end=3.0")
 TOP = """
 name = "top"
@@ -45,22 +49,27 @@ class Formula:
         self.runs = []
 
     def error(self, scene):
-        if scene.model == "rigid":
-            numerics = scene.numerics
-            if numerics.integrator == "adaptive":
-                return numerics.tolerance, 0.05
-            error = (self.coarse / numerics.steps_per_rotation) ** numerics.order
-            return error, 1e-5 * numerics.steps_per_rotation * numerics.order**1.5
+        """The error, and how many evaluations of a particle or stages of steps it takes."""
+        numerics = scene.numerics
+        if scene.model == "rigid" and numerics.integrator == "splitting":
+            turns = scene.time.end / (2.0 * math.pi)
+            steps = math.ceil(turns * numerics.steps_per_rotation)
+            return (self.coarse / numerics.steps_per_rotation) ** numerics.order, steps, STAGES[numerics.order]
         if scene.model != "sph":
-            return self.models[scene.model], 1e-3
+            return self.models.get(scene.model, numerics.tolerance), 10.0 * numerics.tolerance ** (-1 / 8), STAGES[""]
         count, factor = scene.body.particles, scene.numerics.courant / 0.3
-        return self.resolution * count ** (-2 / 3) + self.steps * factor**2, self.seconds * count ** (4 / 3) / factor
+        return self.resolution * count ** (-2 / 3) + self.steps * factor**2, count ** (4 / 3) / factor, 1
 
-    def __call__(self, scene, observables, folder, listener=None):
-        error, seconds = self.error(scene)
+    def work(self, scene):
+        _, evaluations, stages = self.error(scene)
+        return evaluations * stages
+
+    def __call__(self, scene, observables, folder, listener=None, rehearsed=True):
+        error, evaluations, stages = self.error(scene)
+        seconds = self.seconds * evaluations * stages
         self.runs.append(scene)
         values = {each.name: [1.0 + error] for each in observables}
-        return Measured(values, {}, seconds, seconds, seconds, 0.0, 0.0, 1)
+        return Measured(values, {}, seconds, seconds, seconds, 0.0, 0.0, 1, evaluations=evaluations)
 
 
 @pytest.fixture
@@ -81,16 +90,16 @@ def particles(accuracy, *more):
 def test_particles_have_the_accuracy_and_not_much_more(runs, tmp_path, accuracy):
     formula = runs(Formula())
     found = choice.choose(particles(accuracy, "model='sph'"), tmp_path)
-    error, seconds = formula.error(found.scene)
+    error, evaluations, _ = formula.error(found.scene)
     assert error <= accuracy
     # The cheapest pair of a fine scan, with the whole accuracy as its error.
     scan = [
-        formula.seconds * n ** (4 / 3) / f
+        n ** (4 / 3) / f
         for f in (0.5, 1.0, 1.5, 2.0)
         for n in np.geomspace(250, 1e6, 2000)
         if formula.resolution * n ** (-2 / 3) + formula.steps * f**2 <= accuracy
     ]
-    assert seconds <= 2.5 * min(scan)
+    assert evaluations <= 2.5 * min(scan)
     assert found.scene.settings == "given" and not found.scene.wants_choice
     assert max(scene.body.particles for scene in formula.runs) <= max(found.scene.body.particles, 1000)
 
@@ -133,6 +142,13 @@ def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_pa
     assert formula.error(found.scene)[0] <= 1e-2
 
 
+def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(runs, tmp_path):
+    runs(Formula(resolution=4.0))
+    found = choice.choose(load.load_file(SIMS / "cold_spheroid.toml", ("model='sph'", "accuracy=0.02")), tmp_path)
+    assert found.settings.chosen["force_error"] == 2e-3  # no coarser than its share of the accuracy
+    assert found.settings.errors["gravity"] == 0.0  # the formula's runs do not see it
+
+
 def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(
@@ -161,16 +177,46 @@ def test_an_approximate_rung_is_taken_where_it_agrees_with_particles(runs, tmp_p
 def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
     formula = runs(Formula())
     for accuracy in (1e-2, 1e-5, 1e-9):
-        found = choice.choose(load.loads(TOP, (f"accuracy={accuracy}",)), tmp_path)
-        error, seconds = formula.error(found.scene)
-        assert error <= accuracy
+        found = choice.choose(load.loads(TOP, (f"accuracy={accuracy}", "time.end=1000.0")), tmp_path)
+        assert formula.error(found.scene)[0] <= accuracy
         scan = [
-            1e-5 * n * order**1.5
+            STAGES[order] * n * 1000.0 / (2.0 * math.pi)
             for order in (2, 4, 6, 8)
             for n in np.geomspace(4, 1e5, 4000)
             if (formula.coarse / n) ** order <= accuracy
         ]
-        assert seconds <= 1.8 * min(scan)
+        assert formula.work(found.scene) <= 1.8 * min(scan)
+
+
+@pytest.mark.parametrize("accuracy", [0.1, 3e-2, 1e-2, 3e-3, 1e-4])
+@pytest.mark.parametrize(("name", "finer"), [("sph", 1.0), ("ellipsoid", 1e-4), ("rigid", 1e-4)])
+def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, finer, accuracy):
+    """Of runs without records to meet, which would make them cost more."""
+    text, settings = {
+        "sph": (TOY_STAR, (*QUIET, "model='sph'", "output.align=false")),
+        "ellipsoid": (ELLIPSOID, ("output.series_every=20.0",)),
+        "rigid": (TOP, ("output.series_every=10.0",)),
+    }[name]
+    formula, accuracy = runs(Formula(seconds=1e-9)), finer * accuracy
+    found = choice.choose(load.loads(text, (*settings, f"accuracy={accuracy}")), tmp_path)
+    assert found.pilot_work == pytest.approx(sum(map(formula.work, formula.runs)))
+    assert found.pilot_work <= formula.work(found.scene)
+    assert formula.error(found.scene)[0] <= accuracy
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "accuracy"),
+    [(TOY_STAR, (*QUIET, "model='sph'"), 0.05), (ELLIPSOID, (), 1e-5), (TOP, (), 1e-4)],
+    ids=["sph", "ellipsoid", "rigid"],
+)
+def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, text, settings, accuracy):
+    found = choice.choose(load.loads(text, (*settings, f"accuracy={accuracy}")), tmp_path)
+    names = tuple(parsed(name) for name in default_names(found.scene))
+    run = measuring.measure(found.scene, names, tmp_path / "run")
+    numerics = found.scene.numerics
+    stages = STAGES[numerics.order if numerics.integrator == "splitting" else ""]
+    assert 0.0 < found.pilot_work <= run.evaluations * (1 if found.scene.model == "sph" else stages)
+    assert found.pilot_work / 1.5 < found.predicted_work < found.pilot_work * 1.5
 
 
 @pytest.mark.full
