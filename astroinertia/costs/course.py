@@ -3,7 +3,7 @@
 Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
 profile says of W, H and S; its steps are those of the densest particles. What falls together against pressure is
 followed as shells instead (costs.shells), to its bounce and beyond, standard problems by their exact flows
-(costs.flows); planets of layers rest. That is exact of neither shocks nor shapes: a pilot run (costs.pilot) counts.
+(costs.flows). That is exact of neither shocks nor shapes: a pilot run (costs.pilot) counts.
 Tests: tests/unit/costs/test_costs.py.
 """
 
@@ -20,7 +20,6 @@ from astroinertia.costs.evaluations import SHARES
 from astroinertia.costs.limits import USUAL, Limits
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
-from astroinertia.scene.body_kinds.layered import LayeredBody
 from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
@@ -34,7 +33,7 @@ SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has beco
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
 LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
-PARTS = 200  # of the radius of a planet
+NOTICED = 1e-3  # of a cooling time, a change that makes moments dense
 HALVINGS = 60  # in which a size is looked for
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
@@ -114,7 +113,7 @@ def _done_of(scene: Scene) -> Done | None:
     except AstroinertiaError:
         return None
     times = limits.times
-    if times[-1] < end * (1.0 - 1e-9):
+    if not len(times) or times[-1] < end * (1.0 - 1e-9):
         return None  # what it becomes is not in this picture
     longest = np.minimum(limits.longest, _limit_by_options(scene, times))
     if numerics.max_timestep is not None:
@@ -135,8 +134,6 @@ def _done_of(scene: Scene) -> Done | None:
 def _limits(scene: Scene, end: float) -> Limits:
     """The limits of a body as a sphere or as shells; up to no time where nothing is known of it."""
     body: Any = scene.body
-    if isinstance(body, LayeredBody):
-        return _limits_of_planet(scene, end)
     if body.profile() is None or body.particles is None:
         return Limits(np.zeros(1), np.ones(1), np.ones(1))
     sphere = sphere_of(scene)
@@ -220,24 +217,6 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
     usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
     return Limits(times, np.array([limits.min() for limits in every]), np.array(usual), np.array(longest))
-
-
-def _limits_of_planet(scene: Scene, end: float) -> Limits:
-    """The limits of a planet at rest, of layers of one entropy each: c^2 = dP/drho by the balance of its weight."""
-    from astroinertia.build.planets import planet  # which solves for it, with JAX
-
-    solved = planet(scene, code_units(scene))
-    body: Any = scene.body
-    radius = np.linspace(0.0, 1.0, PARTS + 1)[1:]
-    within, density = solved.profile.enclosed(radius), solved.profile.density(radius)
-    falls = np.maximum(-np.gradient(density, radius), SMALLEST)
-    sound = np.sqrt(within * density / radius**2 / falls * solved.mass / solved.radius)
-    density = density * solved.mass / solved.radius**3
-    length = smoothing(scene)[0] * (solved.mass / body.particles / density) ** (1.0 / 3.0)
-    limits = _allowed(scene, density, length, sound, 0.0)
-    shortest, usual = np.interp([0.0, USUAL], *_sorted(limits, np.diff(within, prepend=0.0)))
-    at = np.array([0.0, end])
-    return Limits(at, np.full(2, shortest), np.full(2, usual))
 
 
 def _sorted(limits: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -357,7 +336,7 @@ def contraction(sphere: Sphere, end: float) -> tuple[np.ndarray, np.ndarray]:
     if math.isinf(sphere.cooling_time) or sphere.gamma <= STABLE:
         return np.array([0.0, end]), np.ones(2)
     times = np.linspace(0.0, end, MOMENTS // 10)
-    if sphere.cooling_change < 0.0:
+    if sphere.cooling_change * end < -NOTICED * sphere.cooling_time:
         last = max(1.0 + sphere.cooling_change * end / sphere.cooling_time, LEAST_LEFT)
         times = (np.geomspace(1.0, last, MOMENTS // 10) - 1.0) * sphere.cooling_time / sphere.cooling_change
     small, large = np.full_like(times, SMALLEST**2), np.ones_like(times)

@@ -346,6 +346,9 @@ def test_a_star_that_cools_contracts_in_equilibrium():
     assert course.done(slow).steps[-1] == pytest.approx(at_rest * math.log(4.0) / 0.75, rel=0.02)
     gone = load.loads(f"{STAR}\n[effects.cooling]\ntime_scale = 5.9\ntime_scale_change = -1.5\n")
     assert course.done(gone) is None  # its time scale falls to nothing before the end
+    for hardly in ("time_scale = 1e30", "time_scale = 1e3\ntime_scale_change = -1e-30"):
+        done = course.done(load.loads(f"{STAR}\n[effects.cooling]\n{hardly}\n"))
+        assert done.steps[-1] == pytest.approx(0.1 * at_rest, rel=0.01)
 
 
 @pytest.mark.parametrize(("start", "end"), [("parabolic", 0.45649740094), ("rest", 1.0953407700317674)])
@@ -356,13 +359,6 @@ def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
     exact = scene.body.core(1.0, 1.0)
     assert sizes[-1] == pytest.approx(float(exact.scale_factor(times[-1])), rel=0.05)
     assert course.done(scene).steps[-1] == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
-
-
-def test_a_planet_at_rest_takes_the_steps_that_its_sound_asks_for():
-    """500 particles of sims/spinning_planet.toml saw 1.648 at a density of 3.11 in the middle, and steps of 0.0203."""
-    scene = load.load_file(ROOT / "sims" / "spinning_planet.toml", ["body.particles=500", "time.end=8 h"])
-    steps = 16.637204380544244 / 0.0203
-    assert course.done(scene).steps[-1] == pytest.approx(steps, rel=0.05)
 
 
 def test_base_steps_are_twice_what_most_matter_allows():
@@ -462,7 +458,7 @@ RUNS = json.loads((Path(__file__).parents[2] / "benchmarks" / "results" / "predi
 PREDICTED = [
     *("bar_mode", "cold_spheroid", "contracting_star", "dyson_ellipsoid", "evrard", "free_expansion", "gresho"),
     *("homologous_collapse", "kelvin_helmholtz", "keplerian_disc", "made_to_order", "noh", "pulsar_collapse"),
-    *("rotating_star", "sedov", "sod", "spinning_planet", "square", "strong_tube"),
+    *("rotating_star", "sedov", "sod", "square", "strong_tube"),
 ]
 
 

@@ -103,6 +103,10 @@ def test_a_sink_takes_the_shells_that_come_near_and_their_attraction_stays():
     assert -moments[-1].speed[-1] == pytest.approx(math.sqrt(2 * (1 / moments[-1].radius[-1] - 1)), rel=0.05)
 
 
+def test_nothing_is_known_where_a_sink_takes_all():
+    assert course.done(load.load_file(SIMS / "collapse_to_sink.toml", ["effects.sinks.radius=1e30"])) is None
+
+
 def moment(speed, sound=1.0):
     return Moment(0.0, np.ones(40), np.full(40, sound), np.arange(1, 41) / 40, speed, np.zeros(40))
 
