@@ -1,5 +1,9 @@
 """The errors that the package raises on purpose; each carries one clear sentence for a person to read."""
 
+from collections.abc import Mapping
+
+_MOST_SHARES = 8  # of members, in one sentence
+
 
 class AstroinertiaError(Exception):
     """Base of every error that the package raises on purpose."""
@@ -72,3 +76,23 @@ class RunInterrupted(AstroinertiaError):
 
     def __str__(self) -> str:
         return f"the run was stopped by {self.by} at {100 * self.share:.1f}% and is saved in {self.folder}"
+
+
+class SweepInterrupted(RunInterrupted):
+    """A sweep was stopped; under_way: the share that is done of each member that is saved by half, by its name."""
+
+    def __init__(
+        self, folder: object, done: int, members: int, by: str = "request", under_way: Mapping[str, float] | None = None
+    ) -> None:
+        self.done, self.members, self.under_way = done, members, dict(under_way or {})
+        super().__init__(folder, done + sum(self.under_way.values()), members, by)
+        self.args = (folder, done, members, by, self.under_way)
+
+    def __str__(self) -> str:
+        shares = [f"{name} at {100 * share:.1f}%" for name, share in self.under_way.items()]
+        more = f" and {len(shares) - _MOST_SHARES} more" if len(shares) > _MOST_SHARES else ""
+        under_way = f" and {', '.join(shares[:_MOST_SHARES])}{more}" if shares else ""
+        return (
+            f"the sweep was stopped by {self.by} with {self.done} of {self.members} members done{under_way}, and is "
+            f"saved in {self.folder}"
+        )

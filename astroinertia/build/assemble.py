@@ -305,10 +305,10 @@ def _numerics(scene: Scene) -> dict[str, Any]:
     chosen = scene.numerics
     if scene.model == "sph":
         body: Any = scene.body
-        bodies: Any = scene.bodies
+        bodies: Any = scene.bodies or (body,)
         return {
             "engine": chosen.engine, "precision": scene.precision, "kernel": chosen.kernel, "seed": body.seed,
             **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
-            **({"body_particles": [body.particles for body in bodies]} if scene.particles and bodies else {}),
+            **({"body_particles": [body.particles for body in bodies]} if scene.particles else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

@@ -26,6 +26,7 @@ from astroinertia.process.quantities import InputError, with_quantities
 from astroinertia.storage.atomic import own_folder
 from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, with_unit
 
+_TURNED = 0.1  # radians that an axis may turn and be said to stay
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 
@@ -303,22 +304,27 @@ class InertiaAccessor:
 
     @of_each_member
     def spin_rate(self) -> xr.DataArray:
-        """The mean angular velocity along the direction of the angular momentum at the start: L.n / n.I.n, n fixed.
+        """The mean angular velocity about the axis of the angular momentum, L.n / n.I.n, n its direction at the start.
+
+        Where that axis does not stay, as a top's: |I^-1 L|, the size of the mean angular velocity. `long_name` says
+        which it is.
 
         >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
         1.0e-04 rad/s
         """
-        axis = self._opening_axis()
-        momentum = self.dataset["angular_momentum"].transpose("time", "i").values @ axis
-        rate = momentum / self.about_axis(axis.tolist()).values
-        return self._series(rate, "spin about the axis of the angular momentum", self._unit("rad s-1"), "L.n / n.I.n")
+        unit, axis = self._unit("rad s-1"), self._fixed_axis()
+        if axis is None:
+            rate = np.linalg.norm(self._vectors("angular_velocity"), axis=1)
+            return self._series(rate, "size of the mean angular velocity, whose axis moves", unit, "|I^-1 L|")
+        rate = self._vectors("angular_momentum") @ axis / self.about_axis(axis.tolist()).values
+        return self._series(rate, "mean angular velocity about the axis of the angular momentum", unit, "L.n / n.I.n")
 
     @with_quantities()
     @of_each_member
     def spin_scaling(self, law: str = "inertia") -> xr.DataArray:
         """The spin that a scaling law predicts from the first output on.
 
-        "inertia": omega_0 I_0 / I, which is exact where the angular momentum about the axis stays; "radius": omega_0
+        "inertia": omega_0 I_0 / I, which is exact where the angular momentum stays; "radius": omega_0
         (R_0 / R)^2 with the mean radius, which also needs the shape and the profile to stay; NaN for an infinitely thin
         disc or rod, whose mean radius is zero. Raises ValueError for another law.
 
@@ -327,7 +333,8 @@ class InertiaAccessor:
         """
         opening = self.spin_rate().values[0]
         if law == "inertia":
-            size = self.about_axis(self._opening_axis().tolist()).values
+            axis = self._fixed_axis()
+            size = self.about_axis("spin" if axis is None else axis.tolist()).values
         elif law == "radius":
             moments = self.dataset["principal_moments"].transpose("time", "principal").values
             largest = moments.max(axis=1)
@@ -542,6 +549,9 @@ class InertiaAccessor:
         dims = ("time", *(("effect",) if "effect" in self.dataset[name].dims else ()), "i", "j")
         return self.dataset[name].transpose(*dims).values
 
+    def _vectors(self, name: str) -> np.ndarray:
+        return self.dataset[name].transpose("time", "i").values
+
     def _axis(self, axis: str | Sequence[float] | xr.DataArray) -> np.ndarray:
         if isinstance(axis, str):
             if axis == "spin":
@@ -553,12 +563,15 @@ class InertiaAccessor:
             return axis.transpose(..., "i").values
         return np.asarray(axis, dtype=float) / np.linalg.norm(axis)
 
-    def _opening_axis(self) -> np.ndarray:
-        momentum = self.dataset["angular_momentum"].transpose("time", "i").values[0]
+    def _fixed_axis(self) -> np.ndarray | None:
+        """The direction of the angular momentum at the start, z where there is none; None where it does not stay."""
+        momenta = self._vectors("angular_momentum")
         spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
-        size = np.linalg.norm(momentum)
+        size = np.linalg.norm(momenta[0])
         least = SPINLESS * 2.0 * np.sqrt(spread) if np.isfinite(spread) else 0.0
-        return momentum / size if size > least else np.eye(3)[2]
+        axis = momenta[0] / size if size > least else np.eye(3)[2]
+        sideways = np.linalg.norm(momenta - np.outer(momenta @ axis, axis), axis=1)
+        return None if np.nanmax(sideways) > max(_TURNED * np.nanmax(np.linalg.norm(momenta, axis=1)), least) else axis
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})

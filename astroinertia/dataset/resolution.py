@@ -10,11 +10,19 @@ from typing import Any
 import numpy as np
 
 COARSEST = 0.5  # smoothing length over the smallest semi-axis
+FRAGMENTS = 0.25
+"""Jeans mass over a body's mass above which it is in one piece: the denser half of polytropes in equilibrium, of index
+0.5 to 4.5, has at least 0.31."""
 APART = 10.0  # times as far out as at the start: half of the mass of a body that does not come back
 
 
-def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | None) -> list[str]:
-    """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none."""
+def resolution_warnings(
+    series: Mapping[str, np.ndarray], neighbours: float | None, particles: float = math.inf
+) -> list[str]:
+    """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none.
+
+    particles: of the body, or of the smallest of several, where that is known.
+    """
     if neighbours is None or not {"core_particles", "jeans_ratio", "smoothing_to_thickness"} <= set(series):
         return []
     if apart := _flown_apart(series):
@@ -28,7 +36,8 @@ def resolution_warnings(series: Mapping[str, np.ndarray], neighbours: float | No
             f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; raise body.particles "
             f"{_times(fewest, least)}."
         )
-    if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < 1.0:
+    most = min(1.0, FRAGMENTS * particles / fewest)
+    if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < most:
         warnings.append(
             f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
             f"(Bate & Burkert 1997): raise body.particles {_times(1.0, lowest)}, or stiffen the equation of state at "

@@ -4,6 +4,7 @@ The headline series are a Dataset; the particles of the snapshots are another, i
 """
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -224,7 +225,8 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())
         coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
     attrs = global_attributes(metadata, units, frame)
-    if warnings := resolution_warnings(series, metadata.get("neighbours")):
+    particles = min(metadata.get("body_particles") or [math.inf])
+    if warnings := resolution_warnings(series, metadata.get("neighbours"), particles):
         attrs["resolution_warnings"] = "\n".join(warnings)
     if unclosed:
         attrs["ledger_warnings"] = "\n".join(unclosed)

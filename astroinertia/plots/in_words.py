@@ -105,14 +105,16 @@ def _body(dataset: xr.Dataset) -> Table:
         *((_ratio_text(dataset[name]), dataset[name]) for name in RATIOS if name in dataset),
         *(("J2", dataset[name]) for name in (_J2,) if name in dataset),
     ]
+    below = ""
     if angular_momentum_scale(dataset)[1]:
+        below = f"({inertia.spin_rate().attrs['long_name']})"
         rows += [
             ("mean angular velocity", inertia.spin_rate()),
             ("  if it went as 1/I", inertia.spin_scaling("inertia")),
             ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
-    return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows])
+    return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows], below)
 
 
 def _attitude(dataset: xr.Dataset) -> Table | None:
@@ -129,7 +131,6 @@ def _attitude(dataset: xr.Dataset) -> Table | None:
         else (words(name), unit_of(series), series.values)
         for name, series in ((name, dataset[name]) for name in names if name not in quiet)
     ]  # fmt: skip
-    table = _course("How it stands and turns", rows)
     numbers = [
         (text, dataset[name].attrs[key], unit)
         for name, key, text, unit in (
@@ -144,7 +145,7 @@ def _attitude(dataset: xr.Dataset) -> Table | None:
     for text, value, unit in numbers:
         factor, readable = (np.pi / 180.0, "deg") if unit == "rad" else scale_of(unit, np.array([value]))
         below.append(f"{text} {written(value, factor, readable, 6)}{_more(value, unit)}")
-    return Table(table.title, table.head, table.rows, table.widths, "\n".join(below))
+    return _course("How it stands and turns", rows, "\n".join(below))
 
 
 def _more(value: float, unit: str) -> str:
@@ -172,7 +173,7 @@ def _own(dataset: xr.Dataset) -> Table:
     return _course("Observables of your own", rows)
 
 
-def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
+def _course(title: str, rows: list[tuple[str, str, np.ndarray]], below: str = "") -> Table:
     """Numbers through time, of which name, unit and values are given, at the start, minimum, maximum and at the end."""
     lines = []
     for name, unit, values in rows:
@@ -182,7 +183,7 @@ def _course(title: str, rows: list[tuple[str, str, np.ndarray]]) -> Table:
         shown = [values[0], np.nanmin(values), np.nanmax(values), values[-1]]
         text = name if scaled_unit == "1" else f"{name} ({scaled_unit})"
         lines.append((text, *(f"{value / factor + 0.0:.5g}" if np.isfinite(value) else "-" for value in shown)))
-    return Table(title, ("", "start", "minimum", "maximum", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14))
+    return Table(title, ("", "start", "minimum", "maximum", "end"), tuple(lines), (_WIDTH, 14, 14, 14, 14), below)
 
 
 def _regions(dataset: xr.Dataset) -> Table | None:
@@ -190,21 +191,23 @@ def _regions(dataset: xr.Dataset) -> Table | None:
         return None
     mass, spin = dataset["region_mass"], dataset["region_rotational_to_gravitational"]
     dense, closure = dataset["region_density_max"], dataset["region_ledger_closure"]
-    factors = [scale_of(unit_of(series), series.values) for series in (mass, dense)]
+    rate = np.sqrt((dataset["region_angular_velocity"] ** 2).sum("i", skipna=False))
+    factors = [scale_of(unit_of(series), series.values) for series in (mass, dataset["region_angular_velocity"], dense)]
     rows = tuple(
         (
             str(name),
             f"{float(mass.sel(region=name)[-1]) / factors[0][0]:.5g}",
+            f"{float(rate.sel(region=name)[-1]) / factors[1][0]:.5g}",
             f"{_largest(spin.sel(region=name).values):.5g}",
-            f"{float(dense.sel(region=name)[-1]) / factors[1][0]:.5g}",
+            f"{float(dense.sel(region=name)[-1]) / factors[2][0]:.5g}",
             f"{_largest(closure.sel(region=name).values):.2e}",
         )
         for name in dataset["region"].values
     )
-    units = " and ".join(unit for _, unit in factors if unit != "1")
-    below = f"masses and densities in {units}" if units else ""
-    head = ("region", "mass at end", "maximum T/|W|", "density at end", "ledger closure")
-    return Table("Regions", head, rows, (_WIDTH, 14, 16, 16, 16), below)
+    units = [unit for _, unit in factors]
+    below = "masses in {}, mean angular velocities in {}, densities in {}".format(*units) if set(units) != {"1"} else ""
+    head = ("region", "mass at end", "spin at end", "maximum T/|W|", "density at end", "ledger closure")
+    return Table("Regions", head, rows, (_WIDTH - 14, 14, 14, 16, 16, 16), below)
 
 
 def _accuracy(dataset: xr.Dataset) -> Table:

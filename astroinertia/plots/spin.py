@@ -56,7 +56,7 @@ def _spin(axes, dataset: xr.Dataset) -> None:
     scale, unit = style.scale_of(style.unit_of(rate), rate.values)
     error = error_of(dataset, "angular_velocity", scale)
     look: dict[str, Any] = {"linewidth": 5, "alpha": 0.4} if error is None else {}  # that no line looks like a bar
-    axes.plot(times, rate / scale, color=style.BLUE, **look, label="mean angular velocity along the first $L$")
+    axes.plot(times, rate / scale, color=style.BLUE, **look, label="mean angular velocity")
     shade(axes, times, [(rate.values / scale, error, style.BLUE)])
     for values, colour, dashes, name in laws:
         axes.plot(times, values / scale, color=colour, linestyle=dashes, label=f"scaling {name}")

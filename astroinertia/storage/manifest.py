@@ -82,6 +82,7 @@ class _Metadata(_Plain):
     reference_radius: float | None = None
     structure: dict[str, float] = {}
     neighbours: float | None = None
+    body_particles: list[_Count] = []
     principal_gap_tolerance: float | None = None
     predicted_evolution_time: float = math.nan
     predicted_steps: float = math.inf

@@ -16,7 +16,7 @@ from typing import Any
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
-from astroinertia.errors import RunInterrupted, SceneError
+from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
 from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene.sweep import Sweep
@@ -70,7 +70,8 @@ def run_sweep(
     workers: processes of this machine, 1 for this one alone; cluster: the address of a cluster of dask instead, which
     sees the same files. deadline: of time.monotonic(), by which members under way are saved and no more are begun.
     Members that failed for good stay as they are. Raises SceneError, ArchiveError (the folder holds something else, or
-    another process runs it), and RunInterrupted after a signal or for the deadline: the same call goes on.
+    another process runs it), and after a signal or for the deadline SweepInterrupted, which says how far members are:
+    the same call goes on.
 
     >>> import tempfile
     >>> from astroinertia.scene.sweep import load_file
@@ -97,7 +98,11 @@ def run_sweep(
         file = combined.path(sweep, folder)
         if tasks:
             file.unlink(missing_ok=True)  # of before members that failed were run again
-        _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
+        try:
+            _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
+        except SweepInterrupted as stopped:  # members are saved by now
+            under_way = folders.under_way(sweep, folder)
+            raise SweepInterrupted(folder, stopped.done, count, stopped.by, under_way) from None
         failures = {number: failure for number in range(count) if (failure := folders.failure(folder, number))}
         if not file.exists():
             _combine(sweep, folder, {number: failure.sentence for number, failure in failures.items()})
@@ -185,8 +190,8 @@ def _carry_out(
         outcomes = side_by_side(tasks, min(workers, len(tasks)), deadline)
     done, tell = 0, listener or (lambda standing: None)
 
-    def stopped(by: str) -> RunInterrupted:
-        return RunInterrupted(folder, before + done, count, by)
+    def stopped(by: str) -> SweepInterrupted:
+        return SweepInterrupted(folder, before + done, count, by)
 
     with interrupts.under_way(stopped), closing(outcomes):
         try:
@@ -201,7 +206,7 @@ def _carry_out(
 
 def _combine(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> None:
     count = len(sweep.members)
-    with interrupts.under_way(lambda by: RunInterrupted(folder, count, count, by)):
+    with interrupts.under_way(lambda by: SweepInterrupted(folder, count, count, by)):
         combined.write(sweep, folder, failures)
 
 

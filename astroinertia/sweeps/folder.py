@@ -10,11 +10,13 @@ Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import itertools
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.scene.scales import code_units
 from astroinertia.scene.sweep import GRID, Sweep, member
 from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
@@ -124,6 +126,25 @@ def finished(folder: Path, number: int) -> Path | None:
         return Archive.view(own).finished
     except ArchiveError:
         return None  # damaged: to be reported when the member is gone on with
+
+
+def under_way(sweep: Sweep, folder: Path) -> dict[str, float]:
+    """The share of its time that is saved of each member which is begun and neither finished nor failed, by its name.
+
+    >>> print(under_way(read(Path("runs/sweep")), Path("runs/sweep")))
+    {}
+    """
+    shares = {}
+    for number in range(len(sweep.members)):
+        own = place(folder, number)
+        if not (own / MANIFEST).exists() or finished(folder, number) or failure(folder, number):
+            continue
+        with suppress(ArchiveError, OSError):  # damaged: to be reported when the member is gone on with
+            arrays, _ = Archive.view(own).read_checkpoint() or ({"time": 0.0}, {})
+            scene = sweep.scene(number)
+            time = code_units(scene).to_si(arrays["time" if "time" in arrays else ".time"], "time")
+            shares[member(number)] = float(time) / scene.time.end
+    return shares
 
 
 def failure(folder: Path, number: int) -> Failure | None:

@@ -1,6 +1,7 @@
 """A signal to all processes of a sweep at once, as terminals, `timeout` and schedulers send it: members are saved."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -57,7 +58,9 @@ def test_members_under_way_in_workers_are_saved_when_all_processes_get_a_signal(
             with suppress(ProcessLookupError):
                 os.killpg(sweep.pid, signal.SIGKILL)
     assert sweep.returncode == 130
-    assert "the run was stopped by SIGTERM at 0.0% and is saved in" in complaint
+    shares = re.search(r"stopped by SIGTERM with 0 of \d members done and (.*), and is saved in", complaint).group(1)
+    assert [share.split(" at ")[0] for share in shares.split(", ")] == [member(number) for number in range(WORKERS)]
+    assert all(0.0 < float(share.split(" at ")[1].removesuffix("%")) < 100.0 for share in shares.split(", "))
     for place in under_way:
         with Archive.open(place) as found:  # let go of by its worker
             assert found.read_checkpoint()[1]["series"] > 1

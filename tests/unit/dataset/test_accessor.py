@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from astropy import units as u
 
-from astroinertia import dataset
+from astroinertia import dataset, plots
 from astroinertia.dataset.accessor import OPTIONS, InertiaAccessor
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
 from tests.unit.affine_body import METADATA, affine_run
@@ -90,3 +90,21 @@ def test_what_is_wrong_is_one_sentence(call: Any, kind: type, sentence: str, ds:
 def test_quantities_are_numbers_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:
     np.testing.assert_allclose(ds.inertia.moment_ratio(7e5 * u.km), ds.inertia.moment_ratio(7e8), rtol=1e-14)
     xr.testing.assert_allclose(ds.inertia.strain(90 * u.deg, "0 deg"), ds.inertia.strain(np.pi / 2, 0.0), rtol=1e-14)
+
+
+def test_the_mean_angular_velocity_of_a_body_whose_axis_moves_is_its_size(ds: xr.Dataset) -> None:
+    """The axis of a top goes round a cone: along where it was first, its spin would change its sign."""
+    assert ds.inertia.spin_rate().attrs["long_name"] == "mean angular velocity about the axis of the angular momentum"
+    angle = np.linspace(0.0, np.pi, ds.sizes["time"])
+    axis = np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=1)
+    size = 2.0 + angle
+    sizes = {"angular_velocity": 1.0, "angular_momentum": float(np.linalg.norm(ds.angular_momentum[0]))}
+    vectors = {name: scale * size[:, None] * axis for name, scale in sizes.items()}
+    top = ds.assign({name: (("time", "i"), vector, ds[name].attrs) for name, vector in vectors.items()})
+    rate = top.inertia.spin_rate()
+    np.testing.assert_allclose(rate, size, rtol=1e-14)
+    assert "whose axis moves" in rate.attrs["long_name"] and "whose axis moves" in plots.summary(top)
+    # A torque that stops a spin and turns it back leaves the axis where it was: there the sign says something.
+    vectors = {name: scale * np.outer(np.cos(angle), [0.0, 0.0, 1.0]) for name, scale in sizes.items()}
+    back = ds.assign({name: (("time", "i"), vector, ds[name].attrs) for name, vector in vectors.items()})
+    assert back.inertia.spin_rate()[0] > 0.0 > back.inertia.spin_rate()[-1]

@@ -69,6 +69,25 @@ def test_each_warning_comes_where_it_should_and_says_what_to_change():
         assert all(word in sentence for word in words) and sentence.endswith(".")
 
 
+def test_the_jeans_mass_is_warned_of_only_where_a_body_can_fragment():
+    """Half of a star in equilibrium, of any index, has a Jeans mass of a third of its mass: few particles or not."""
+    fine = {name: np.array([1000.0]) for name in ("core_particles", "jeans_ratio")} | {
+        "smoothing_to_thickness": np.array([0.1])
+    }
+    for index in (0.5, 1.5, 3.0, 4.5):
+        star = Polytrope(index)
+        radii = np.array([star.radius_enclosing(share) for share in np.linspace(0.01, 0.5, 20)])
+        density = np.array([float(star.density(radius)) for radius in radii])
+        pressure = np.array([float(star.pressure(radius)) for radius in radii])
+        for particles in (50, 200):  # of a star of unit mass
+            ratio = float(jeans_mass(pressure / density, density).min()) / (2.0 * 58.0 / particles)
+            assert ratio < 1.0  # of no use by itself
+            assert resolution_warnings({**fine, "jeans_ratio": np.array([ratio])}, 58.0, particles) == []
+    cloud = {**fine, "jeans_ratio": np.array([0.3])}  # 35 particles, of 1000
+    (sentence,) = resolution_warnings(cloud, 58.0, 1000)
+    assert "Jeans mass fell to 0.3" in sentence
+
+
 @pytest.mark.slow
 def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     """A central core of an n = 3 polytrope of 100 particles is coarse; run and show say so."""
@@ -77,7 +96,9 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     assert main(["run", str(scene), "--output", str(tmp_path / "run")]) == 0
     assert "warning: the core" in capsys.readouterr().out
     data = dataset.open(tmp_path / "run")
-    assert "held only" in data.attrs["resolution_warnings"] and resolution_message(data.attrs).startswith("warning: ")
+    assert "held only" in data.attrs["resolution_warnings"] and data.attrs["body_particles"] == "[100]"
+    assert (data["jeans_ratio"] < 1.0).all() and "Jeans" not in data.attrs["resolution_warnings"]
+    assert resolution_message(data.attrs).startswith("warning: ")
     assert (data["core_particles"] > 16).all() and (data["core_particles"] < 147).all()
     assert main(["show", str(tmp_path / "run"), "--output", str(tmp_path / "pictures")]) == 0
     assert "warning: the core" in capsys.readouterr().out

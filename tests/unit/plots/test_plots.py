@@ -167,6 +167,22 @@ def test_the_summary_tells_the_numbers(series):
     assert "tide" in text
 
 
+def test_the_summary_tells_how_regions_turn(series):
+    """Each by the size of its own mean angular velocity at the end, in the unit that is said below."""
+    times, names = series.sizes["time"], ["core", "envelope"]
+    rate = np.zeros((times, 2, 3))
+    rate[-1] = [[3.0, 0.0, 4.0], [0.0, 0.0, 0.25]]
+    own = {"region_mass": "kg", "region_rotational_to_gravitational": "1", "region_density_max": "kg m-3",
+           "region_ledger_closure": "1"}  # fmt: skip
+    regional = {name: (("time", "region"), np.ones((times, 2)), {"units": unit}) for name, unit in own.items()}
+    regional["region_angular_velocity"] = (("time", "region", "i"), rate, {"units": "rad s-1"})
+    text = plots.summary(series.assign(regional).assign_coords(region=names))
+    lines = [line.split() for line in text.splitlines() if line.strip()]
+    rows = {line[0]: line for line in lines if line[0] in names}
+    assert (rows["core"][2], rows["envelope"][2]) == ("5", "0.25")
+    assert "mean angular velocities in rad s-1" in text
+
+
 @pytest.mark.parametrize(
     ("unit", "largest", "factor", "shown"),
     [

@@ -262,7 +262,7 @@ def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(Archive, "write_checkpoint", stop)
-    with pytest.raises(RunInterrupted, match=r"50.0% and is saved in .*run"):
+    with pytest.raises(RunInterrupted, match=r"2 of 4 members done and member-0002 at 100.0%, and is saved in .*run"):
         ensemble.run_sweep(made(), tmp_path / "run")
     monkeypatch.undo()
     with pytest.raises(ArchiveError, match="not finished; resume it"):
@@ -295,7 +295,8 @@ def test_a_sweep_is_stopped_in_time_with_its_member_saved_and_goes_on(grid, tmp_
     (tmp_path / "core.toml").write_text(SCENE.replace("{sweep}", GRID).replace("0.0\n", "1000.0\n"))
     assert main(["run", "core.toml", "--workers", "1", "--max-wall", "1 min"]) == 130
     printed = capsys.readouterr().err
-    assert printed.startswith("astroinertia: the run was stopped by its limit of wall time at 50.0% and is saved in")
+    how_far = "with 2 of 4 members done and member-0002 at 50.0%, and is saved in"
+    assert printed.startswith(f"astroinertia: the sweep was stopped by its limit of wall time {how_far}")
     assert printed.endswith("go on with: astroinertia resume runs/core\n") and slow.now <= 1060.0
     place = tmp_path / "runs" / "core"
     assert folder.waiting(place, 4) == [2, 3] and not (place / member(3)).exists()
@@ -306,7 +307,7 @@ def test_a_sweep_is_stopped_in_time_with_its_member_saved_and_goes_on(grid, tmp_
 
 
 def test_no_member_is_begun_once_the_time_is_over(tmp_path, slow):
-    with pytest.raises(RunInterrupted, match=r"limit of wall time at 0\.0%"):
+    with pytest.raises(RunInterrupted, match=r"limit of wall time with 0 of 4 members done, and is"):
         ensemble.run_sweep(made(), tmp_path / "run", deadline=slow.now)
     assert not (tmp_path / "run" / member(0)).exists()
 
@@ -337,7 +338,8 @@ def test_a_signal_saves_the_member_under_way(tmp_path, monkeypatch, number):
             os.kill(os.getpid(), number)
 
     monkeypatch.setattr(Scaling, "advance", signalled)
-    with pytest.raises(RunInterrupted, match=rf"stopped by {signal.Signals(number).name} at 25.0%"):
+    how_far = "with 1 of 4 members done and member-0001 at 50.0%"
+    with pytest.raises(RunInterrupted, match=rf"stopped by {signal.Signals(number).name} {how_far}"):
         ensemble.run_sweep(made(), tmp_path / "run")
     with Archive.open(tmp_path / "run" / member(1)) as under_way:
         assert under_way.read_checkpoint()[1]["series"] == 2
@@ -356,7 +358,7 @@ def test_a_command_that_is_ended_while_the_sweeps_file_is_written_leaves_none_by
         ensemble.run_sweep(made(), tmp_path / "run")
     monkeypatch.undo()
     ((ended, folder),) = left.ends
-    assert "stopped by SIGTERM at 100.0%" in str(ended.said) and ended.saved
+    assert "stopped by SIGTERM with 4 of 4 members done, and is saved in" in str(ended.said) and ended.saved
     assert not (folder / "core.nc").exists()
     ensemble.resume(folder)
     same(astroinertia.open(folder), astroinertia.open(grid[0]))
