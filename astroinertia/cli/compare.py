@@ -13,7 +13,7 @@ is the one whose model leaves least out; among particles, the one with most of t
 Quantities are moment_of_inertia and mean_angular_velocity, about the axis of the angular momentum, and every variable
 of the dataset with a time, such as kinetic_energy; vectors and tensors are compared by their size.
 
-A sweep stands for its members, of which at most seven are compared.
+A sweep stands for its members that are finished; of more than seven of them, seven that are spread evenly.
 
 example: astroinertia run sims/one_star_three_models.toml --set model=\\"scaling\\" --output runs/scaling
          astroinertia run sims/one_star_three_models.toml --set model=\\"ellipsoid\\" --output runs/ellipsoid
@@ -33,17 +33,10 @@ def add_arguments(add: Add) -> None:
 def report(options: Options) -> str:
     """What the command prints; the picture is written first. SceneError for what cannot be compared."""
     result.must_be_writable(options.plot, ".png")
-    paths = [run for path in options.runs for run in _runs(path)]
-    if options.against is not None and options.against not in paths:
-        raise SceneError(f"--against names {options.against}, which is none of the runs that are compared")
     from astroinertia import dataset
     from astroinertia.plots import ladder, style
 
-    if len(options.runs) < len(paths) > ladder.MOST_RUNS:
-        raise SceneError(
-            f"`compare` takes two to {ladder.MOST_RUNS} runs, and these are {len(paths)}: of a sweep name some "
-            f"members' folders, such as {paths[0]}."
-        )
+    paths, skipped = _chosen([run for path in options.runs for run in _runs(path)], options, ladder.MOST_RUNS)
     runs = [(path, dataset.open(path)) for path in paths]
     with result.shown(*paths):
         runs.sort(key=lambda run: ladder.fineness(run[1]))
@@ -54,7 +47,21 @@ def report(options: Options) -> str:
         except ValueError as error:
             raise SceneError(str(error)) from None
         style.save(ladder.ladder_figure(opened, comparison, finest), options.plot)
-        return f"{ladder.ladder_table(opened, comparison, finest)}\n\npicture: {options.plot}"
+        return f"{ladder.ladder_table(opened, comparison, finest)}{skipped}\n\npicture: {options.plot}"
+
+
+def _chosen(paths: list[Path], options: Options, most: int) -> tuple[list[Path], str]:
+    """The runs that are compared, and a line about members of a sweep that are not."""
+    if options.against is not None and options.against not in paths:
+        raise SceneError(f"--against names {options.against}, which is none of the runs that are compared")
+    if len(paths) <= most or len(options.runs) == len(paths):
+        return paths, ""
+    spread = {round(place * (len(paths) - 1) / (most - 1)) for place in range(most)}
+    if options.against is not None and (named := paths.index(options.against)) not in spread:
+        spread = {*sorted(spread)[:-1], named}
+    chosen = [paths[place] for place in sorted(spread)]
+    names = ", ".join(path.name for path in chosen)
+    return chosen, f"\n\nof {len(paths)} runs these are compared: {names}; name others by their folders"
 
 
 def _runs(path: Path) -> list[Path]:

@@ -18,6 +18,7 @@ from astroinertia.cli import main as cli, stop as cli_stop
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.scaling.evolution import Scaling
+from astroinertia.plots import ladder
 from astroinertia.process import interrupts
 from astroinertia.run import loop
 from astroinertia.scene import sweep as sweeps
@@ -467,8 +468,11 @@ def test_members_of_a_sweep_are_compared_with_each_other(grid, tmp_path, monkeyp
     assert main(["compare", str(grid[0]), "--quantity", "mean_angular_velocity"]) == 0
     printed = capsys.readouterr().out
     assert all(f"member-000{number}" in printed for number in range(4)) and (tmp_path / "compare.png").exists()
-    assert main(["compare", str(grid[0]), str(grid[0])]) == 2
-    assert "takes two to 7 runs, and these are 8: of a sweep name some members' folders" in capsys.readouterr().err
+    monkeypatch.setattr(ladder, "MOST_RUNS", 3)  # of more members, some that are spread evenly
+    assert main(["compare", str(grid[0])]) == 0
+    assert "of 4 runs these are compared: member-0000, member-0002, member-0003;" in capsys.readouterr().out
+    assert main(["compare", str(grid[0]), "--against", f"{grid[0]}/member-0001"]) == 0
+    assert "of 4 runs these are compared: member-0000, member-0001, member-0002;" in capsys.readouterr().out
 
 
 def test_models_with_other_effects_are_lined_up_by_name(tmp_path):
