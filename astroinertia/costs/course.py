@@ -33,6 +33,7 @@ SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has beco
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
 LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
+STILL = 1e-30  # a signal, below which nothing is
 NOTICED = 1e-3  # of a cooling time, a change that makes moments dense
 HALVINGS = 60  # in which a size is looked for
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
@@ -377,7 +378,7 @@ def _allowed(
     """The shortest limit of matter of that density, smoothing length, fastest signal and acceleration, (K,)."""
     numerics = scene.numerics
     limits = [
-        numerics.courant * length / np.maximum(signal, shells.LEAST),
+        numerics.courant * length / np.maximum(signal, STILL),
         numerics.acceleration_factor * np.sqrt(length / np.maximum(pull, shells.LEAST)),
     ]
     if "gravity" in scene.effects:
