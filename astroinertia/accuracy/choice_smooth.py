@@ -24,8 +24,9 @@ SHARE = 0.4  # of the wanted accuracy that the method may err, for the estimate 
 FEWEST_STEPS, MOST_STEPS = 4.0, 1e5  # in a rotation
 FINEST_TOLERANCE = 1e-14
 COARSER = 1e6  # times the accuracy, the coarsest tolerance: fine enough for an order, and cheap beside the run
-OF_PAIR = 8.0  # order of the adaptive pair: its steps are as many as the tolerance to minus one over this
+OF_PAIR = 9.0  # steps of the adaptive pair go as the tolerance to minus one over this, as measured; 8 in theory
 STAGES = 36.0  # of a splitting, that take as long as a step of that pair (costs/machine.py)
+LOST = 0.3  # difference from the finest, beyond which a pilot is elsewhere and tells no order
 ROUNDED = 100.0  # times the least error, above which rounding has taken over
 
 
@@ -128,9 +129,12 @@ class Ladder:
 
     @property
     def estimate(self) -> Estimate:
-        """Of the finest; coarser ones than the last four say nothing of the order that counts."""
+        """Of the finest; coarser ones than the last four, or far from it, say nothing of the order that counts."""
         kept = sorted(self.runs, key=self.method.step)[:4]
-        steps = {self.method.step(value): self.runs[value] for value in kept}
+        last = self.runs[kept[0]]
+        steps = {
+            self.method.step(value): run for value in kept if self.pilots.apart(run := self.runs[value], last) < LOST
+        }
         return self.pilots.estimate(steps, self.method.order, self.method.orders)
 
     @property
@@ -158,19 +162,20 @@ class Ladder:
         error = self.estimate.error
         if error <= self.wanted:
             return self.of_run(self.finest)
-        return math.inf if self.ended or math.isnan(error) else self.of_run(self.extrapolated)
+        return math.inf if self.ended or math.isnan(error) else self.of_run(self.reaching(self.method.order))
 
-    @property
-    def extrapolated(self) -> float:
-        """The value with the wanted error, by how the error falls."""
-        ratio = self.estimate.ratio_for(self.wanted)
+    def reaching(self, order: float) -> float:
+        """The value with the wanted error, if errors fall with an order."""
+        ratio = (self.wanted / self.estimate.error) ** (1.0 / order)
         return self.method.finer(self.finest, ratio ** (-1.0 if self.method.between else -1.0 / OF_PAIR))
 
     def by_theory(self, other: "Ladder") -> float:
         """Stages of the run that the method would choose if its steps erred as those of another one do."""
         method, estimate = self.method, other.estimate
         if not (method.between and other.method.between):
-            value = min(max(self.wanted, method.values[-1]), method.values[0])
+            # Errors of all steps add.
+            error = self.wanted * method.stages / max(self.work(self.wanted), method.stages)
+            value = min(max(error, method.values[-1]), method.values[0])
             return math.inf if method.between else self.of_run(value)
         coarse = other.finest * estimate.error ** (1.0 / estimate.order)
         return self.of_run(max(coarse / self.wanted ** (1.0 / method.order), FEWEST_STEPS))
@@ -192,10 +197,15 @@ def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfR
         best = min((ladder for ladder in ladders if len(ladder.runs) > 1), key=lambda one: one.predicted, default=None)
         others = [ladder for ladder in ladders if len(ladder.runs) < 2 and not ladder.ended]
         if best is None or best.predicted == math.inf:
-            open_ones = [*others, *(ladder for ladder in ladders if not ladder.ended and ladder not in others)]
-            if not open_ones:
+            further = [ladder for ladder in ladders if not ladder.ended]
+            if not further:
                 return _refusal(ladders)
-            open_ones[0].climb()
+            # Where the first method is lost, the highest order finds the way at the least cost, unless records ask for
+            # so many steps that it goes on.
+            highest = max(further, key=lambda one: one.method.order)
+            first = further[0]
+            goes_on = best is None or pilots.work + first.work(first.following) <= first.of_run(first.following)
+            (first if goes_on else highest).climb()
             continue
         cheaper = {
             cost: ladder for ladder in others
@@ -230,7 +240,7 @@ def _settled(ladder: Ladder) -> Settings:
     value, error = ranked[0], estimate.error
     why = f"runs up to {value:g} tell an error of {error:.1e} there, of order {estimate.order:.2g}"
     if error > wanted:
-        value, why = ladder.extrapolated, f"{why}, by which finer ones are taken to err"
+        value, why = ladder.reaching(estimate.order), f"{why}, by which finer ones are taken to err"
         error = estimate.at(method.step(value) / method.step(ranked[0]))
     for coarser in ranked[1:]:
         apart = ladder.pilots.apart(ladder.runs[coarser], ladder.runs[ranked[0]]) + estimate.error
@@ -238,7 +248,7 @@ def _settled(ladder: Ladder) -> Settings:
             break
         value, error = coarser, apart
     if method.between and value in ranked and value != method.values[0]:
-        order = min(estimate.order, method.order)
+        order = method.order
         further = min((wanted / error) ** (1.0 / order), 2.0) if error > 0.0 else 2.0
         if further > 1.05:
             chosen = float(f"{method.value_at(further * method.step(value)):.2g}")
