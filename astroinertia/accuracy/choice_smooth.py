@@ -217,7 +217,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfR
             return _settled(best) if best.seconds(best.finest) <= seconds else _refusal(ladders)
         elif best.ended or pilots.work + best.work(best.following) > best.predicted:
             settings = _settled(best)
-            reached = settings.error <= 1.01 * best.wanted and settings.seconds <= seconds
+            reached = min(settings.error, best.estimate.error) <= 1.01 * best.wanted and settings.seconds <= seconds
             return settings if reached else _refusal(ladders)
         elif best.seconds(best.following) > seconds:
             return _refusal(ladders)
