@@ -350,6 +350,17 @@ CATALOGUE: Mapping[str, Entry] = {
         colour="orange",
         auto="always",
     ),
+    "relativistic_potential": Entry(
+        "astroinertia.effects.relativistic_potential",
+        "RelativisticPotential",
+        "general relativity's stronger gravity in the mean over spheres, beside Newton's (one round body)",
+        {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, the body is more compact")},
+        "body",
+        "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A",
+        size=sizes.RELATIVISTIC_POTENTIAL,
+        colour="sky",
+        needs=("gravity",),
+    ),
     **HEAT,
     **RIGID,
 }

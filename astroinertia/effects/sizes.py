@@ -5,7 +5,7 @@ soon as the run is as long as the fall. Nothing here imports an effect. Tests: t
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, size, within_all
@@ -15,6 +15,7 @@ from astroinertia.rotation.bar_limits import SECULAR
 MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third of the accuracy on
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly
 ROCHE = 0.05  # tidal parameter beyond which a liquid is torn: 1/2.455^3 = 0.068
+HEAVIER = 4.0  # times its compactness a star is heavier for relativity: Gamma, pressure and energy in the mean
 DENSER = 8.0  # that a body that does not collapse may become, by half its radius
 
 
@@ -202,12 +203,24 @@ def inspiral_time(constant: float, light: float, masses: tuple[float, float], di
     return 5.0 / 256.0 * light**5 * distance**4 / (constant**3 * one * other * (one + other))
 
 
-def _radiation_reaction(body: Characteristic, options: Options) -> Found:
+def _lit(body: Characteristic, options: Options) -> Characteristic:
+    """The body with the speed of light of the options."""
     light = options.get("speed_of_light") or body.speed_of_light
     if light is None:
         raise KeyError("speed_of_light")
-    assert body.mass is not None and body.radius is not None and body.moments is not None
-    compact = body.gravitational_constant * body.mass / (body.radius * light**2)
+    return replace(body, speed_of_light=light)
+
+
+def _relativistic_potential(body: Characteristic, options: Options) -> Found:
+    zone, compact = body.zone, _lit(body, options).compactness
+    assert zone is not None and compact is not None
+    return compact, difference(zone, body.end, weight=zone.weight * (1.0 + HEAVIER * compact))
+
+
+def _radiation_reaction(body: Characteristic, options: Options) -> Found:
+    body = _lit(body, options)
+    light, compact = body.speed_of_light, body.compactness
+    assert body.mass is not None and body.moments is not None and light is not None and compact is not None
     if body.pair is not None:
         share = body.end / inspiral_time(body.gravitational_constant, light, body.pair.masses, body.pair.distance)
         return compact, within_all(share)
@@ -320,6 +333,10 @@ SHEAR_VISCOSITY = Measure(
 RADIATION_REACTION = Measure(
     "G M/(R c^2)", "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
     "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _radiation_reaction, ("mass", "radius", "moments"),
+)  # fmt: skip
+RELATIVISTIC_POTENTIAL = Measure(
+    "G M/(R c^2)", "I of one zone by the virial theorem, with a weight larger by four times that",
+    "Chandrasekhar 1969, section 14; Marek et al. 2006", _relativistic_potential, _ZONE,
 )  # fmt: skip
 COOLING = Measure(
     "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does", "Chandrasekhar 1939, chapter 4",

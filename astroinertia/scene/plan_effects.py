@@ -66,7 +66,7 @@ def number_lines(scene: Scene) -> list[PlanLine]:
         for other in _pulling(body)
     ]
     compact, accuracy = body.compactness, accuracy_of(scene)
-    if compact is not None and compact > accuracy:
+    if compact is not None and compact > accuracy and "relativistic_potential" not in scene.effects:
         why = f"more than the accuracy of {accuracy:g}; all here is Newtonian"
         lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
     origin = "" if scene.accuracy is not None else "where a scene asks for none"

@@ -63,6 +63,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "shear_viscosity": {"kinematic_viscosity": 0.3},
     "dipole_braking": {"speed_of_light": 1.0, "period": 3.0, "period_derivative": 0.2, "index": 2.5},
     "radiation_reaction": {"speed_of_light": 3.0},
+    "relativistic_potential": {"speed_of_light": 6.0},
     "cooling": {"time_scale": 3.0, "floor": 0.1, "heating_rate": 0.1},
     "neutrino_loss": {"rate": 0.3, "thermal_energy": 0.2, "trapping_density": 1.0},
 }

@@ -64,6 +64,7 @@ TABLES = {
     "shear_viscosity": "kinematic_viscosity = 0.1",
     "dipole_braking": "speed_of_light = 1.0\nperiod = 3.0\nperiod_derivative = 0.2",
     "radiation_reaction": "speed_of_light = 3.0",
+    "relativistic_potential": "speed_of_light = 6.0",
     "cooling": "time_scale = 3.0\nfloor = 0.1",
     "neutrino_loss": 'law = "diffusion"\ntime_scale = 3.0\ndensity = 0.1',
 }
@@ -79,7 +80,17 @@ TRACES = {
     "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
 }
 HALVES = (
-    ("gravity", "pressure", "damping", "tide", "companions", "target_tensor", "shear_viscosity", "dipole_braking"),
+    (
+        "gravity",
+        "pressure",
+        "damping",
+        "tide",
+        "companions",
+        "target_tensor",
+        "shear_viscosity",
+        "dipole_braking",
+        "relativistic_potential",
+    ),
     (
         "pressure",
         "viscosity",

@@ -144,7 +144,7 @@ def test_a_view_of_very_many_particles_holds_some_of_them(series, snapshots, tmp
 
 def test_a_view_says_nothing_of_a_power_of_ten_where_there_is_no_spin(series, tmp_path):
     share = xr.DataArray(np.linspace(0.0, 1e-6, series.sizes["time"]), dims="time")
-    spun_up = series.assign(angular_momentum=series.angular_momentum * share)
+    spun_up = series.assign({name: series[name] * share for name in ("angular_momentum", "angular_velocity")})
     _, data, _ = view_of(spun_up.assign_attrs(precision="float64"), None, tmp_path / "view.html")
     assert "mean angular velocity 0 rad s⁻¹" in data["frames"][0]["caption"]
     assert "× 10⁻" in data["frames"][-1]["caption"]
