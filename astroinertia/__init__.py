@@ -5,6 +5,7 @@
                                            (and matter=..., observables=[...] and an initial body, body=...)
     astroinertia.resume(folder)            go on with an interrupted run, or with one that is to go further
     astroinertia.branch(run, folder, at)   start a run from a state of another one, with other effects or settings
+    astroinertia.gradient(scene, of, by)   how a number of a run answers to keys of its scene, by differentiation
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 Settings = Sequence[str] | Mapping[str, Any]
 
-__all__ = ["Scene", "branch", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
+__all__ = ["Scene", "branch", "gradient", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
 
 
 def __getattr__(name: str) -> Any:
@@ -234,6 +235,33 @@ def branch(
         return running.unless_stopped(
             place, lambda: start(source, place, at, settings, own, hears, callback=callback, every=every)
         )
+
+
+def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, by: Sequence[str]) -> "xr.Dataset":
+    """The derivatives of a number of a run by keys of its scene, of an ellipsoid, a rigid body or a scaling law.
+
+    of: a series of the dataset, its labels, and when: "inertia_tensor.zz@end", "angular_velocity.z @ 20 ms",
+    "mean_radius"; without a time, at the end. by: keys that the scene sets to a number or a quantity. The body is built
+    beside each key's value, and the linearised equations, differentiated by JAX, carry the differences along the run
+    (integrate.variational); nothing is written. The result has `value`, in the units of the series, and, along
+    `parameter`, `gradient`, in these per unit of the key as the scene writes it, and `gradient_error`, with the
+    coordinates `parameter_value` and `parameter_unit`. SceneError where the scene or a key cannot be differentiated,
+    NumericalError where the run cannot go on. Checked by tests/unit/sweeps/test_gradient.py.
+
+    >>> answer = gradient("sims/core_to_pulsar_scaling.toml", "angular_velocity.z@end", ["body.rotation.period"])
+    >>> spin, slope = float(answer.value), float(answer.gradient[0])  # rad/s, and rad/s per second of the period
+    >>> print(round(slope * 30.0 / spin, 9), answer.parameter_unit.values)
+    -1.0 ['s']
+    """
+    from astroinertia.process import kept_programs, requirements
+
+    requirements.check()
+    kept_programs.keep_apart()
+    from astroinertia.scene import load as scenes
+    from astroinertia.scene.schema import Scene
+    from astroinertia.sweeps import gradient as gradients
+
+    return gradients.gradient(scene if isinstance(scene, Scene) else scenes.of(scene), of, by)
 
 
 def _folder(folder: Any) -> Path:

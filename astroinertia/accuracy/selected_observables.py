@@ -93,7 +93,7 @@ def value(dataset: xr.Dataset, observable: SelectedObservable) -> np.ndarray:
     >>> print(value(ds, parsed("inertia_tensor z z")) == ds.inertia_tensor.sel(i="z", j="z").values[-1])
     [ True]
     """
-    series = _selected(dataset, observable)
+    series = selected(dataset, observable)
     if observable.of_series:
         if series.ndim != 1:
             raise SceneError(f"'{observable.name}': a frequency is that of one series; add labels, as in z z.")
@@ -113,7 +113,7 @@ def components(dataset: xr.Dataset, observable: SelectedObservable) -> list[str]
     """
     if observable.of_series:
         return [observable.name]
-    series = _selected(dataset, observable).isel(time=-1)
+    series = selected(dataset, observable).isel(time=-1)
     if not series.ndim:
         return [observable.name]
     stacked = series.stack(every=series.dims)
@@ -162,11 +162,16 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     return float(minimum.x)
 
 
-def _selected(dataset: xr.Dataset, observable: SelectedObservable) -> xr.DataArray:
+def selected(dataset: xr.Dataset, observable: SelectedObservable) -> xr.DataArray:
+    """The series of an observable, time leading; SceneError where the dataset has no such variable or label.
+
+    >>> print(selected(ds, parsed("inertia_tensor z")).dims)
+    ('time', 'j')
+    """
     if observable.variable not in dataset:
         raise SceneError(f"'{observable.variable}' is not in the dataset of this run.")
     series = dataset[observable.variable]
-    dims = [dim for dim in series.dims if dim != "time"]
+    dims = [dim for dim in series.dims if dim not in ("time", "parameter")]  # parameters: of a sensitivity
     if len(observable.labels) > len(dims):
         raise SceneError(
             f"'{observable.name}' has more labels than {observable.variable} has dimensions ({len(dims)})."

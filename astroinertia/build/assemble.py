@@ -82,9 +82,9 @@ class Prepared:
     counters: dict[str, Any]
 
 
-def prepare(scene: Scene) -> Prepared:
-    """The scene at time 0."""
-    units = code_units(scene)
+def prepare(scene: Scene, units: CodeUnits | None = None) -> Prepared:
+    """The scene at time 0. units: the scene's own without them."""
+    units = code_units(scene) if units is None else units
     return Prepared(_model(scene).evolution(scene, units), outputs_of(scene, units), units, _plain(Counters()))
 
 
@@ -207,9 +207,9 @@ def refuse_contradictions(scene: Scene) -> None:
     effects_of(scene, code_units(scene))
 
 
-def metadata(scene: Scene) -> dict[str, Any]:
-    """What a run's file says of where it came from: enough to repeat it."""
-    units = code_units(scene)
+def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:
+    """What a run's file says of where it came from: enough to repeat it. units: the scene's own without them."""
+    units = code_units(scene) if units is None else units
     initial = sphere(scene, units)
     return {
         "name": scene.name,

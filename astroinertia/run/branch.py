@@ -73,7 +73,7 @@ def branch(
     called = callback_of(callback, every, new)
     refuse_branch(scene, new)
     refuse_before(new, folder)
-    until = _time(scene, at)
+    until = moment(scene, at)
     described = metadata(new) | predicted(new)
     described.pop("predicted_wall_time", None)  # that is what the whole of its scene would take
     with jax.enable_x64(True), failures_said():
@@ -93,11 +93,10 @@ def _has(archive: Archive, made: Any) -> bool:
     return any(getattr(made, "kind", None) in archive.metadata.get(name, {}) for name in OUTSIDE)
 
 
-def _time(scene: Scene, at: Any) -> float | None:
-    """The time of a branch in code units; SceneError for what is none, or lies beyond the end of the run."""
+def moment(scene: Scene, at: Any, said: str = "the time of a branch") -> float | None:
+    """A time of a run in code units; SceneError for what is none, or lies beyond the end of the run."""
     if at is None:
         return None
-    said = "the time of a branch"
     try:
         if (quantity := with_unit(at)) is not None:
             at = written_quantity(quantity)

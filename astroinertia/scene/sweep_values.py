@@ -154,10 +154,20 @@ def scaled(value: Any, factor: float) -> Any:
     >>> print(scaled("3 km", 1.01))
     3.03 km
     """
-    (number, _), unit, _ = _ends([value, value])
+    number, unit = number_and_unit(value)
     if number == 0.0:
         raise SceneError("is 0, which a relative step does not move.")
     return _written(number * factor, unit, False)
+
+
+def number_and_unit(value: Any) -> tuple[float, str]:
+    """A number or a quantity as it is written; the unit of a number is "". SceneError continues a sentence of its key.
+
+    >>> print(number_and_unit("3 km"))
+    (3.0, 'km')
+    """
+    (number, _), unit, _ = _ends([value, value])
+    return number, unit
 
 
 def coordinate(values: Sequence[Any]) -> tuple[np.ndarray, str | None]:

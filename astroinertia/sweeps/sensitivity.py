@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.errors import SceneError
+from astroinertia.integrate.variational import SIDES, derivative
 from astroinertia.scene import load, source
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.sweep import Sweep, loads
@@ -23,13 +24,14 @@ from astroinertia.sweeps.combined import variable_name
 from astroinertia.units import shown
 
 STEP = 0.01
-SIDES = (-1.0, -0.5, 0.5, 1.0)  # of the step, in the order of the members of a key; member 0 is the scene as it is
 
 
 def sensitivity_sweep(
     scene: Scene | dict[str, Any] | str | PathLike[str], by: Sequence[str], step: float = STEP
 ) -> Sweep:
     """The sweep that tells how a scene answers to keys such as "body.rotation.period": four runs a key, and its own.
+
+    Member 0 is the scene as it is; those of a key follow, in the order of integrate.variational.SIDES.
 
     step: relative, above 0 and at most 0.5. SceneError for a key that the scene does not set, or that is no number or
     quantity other than 0, and for a step with which a member is no valid scene.
@@ -45,7 +47,7 @@ def sensitivity_sweep(
     chosen = scene if isinstance(scene, Scene) else load.of(scene)
     text = chosen.to_toml()
     tables = source.parse(text, chosen.name)
-    base = {key: _value(tables, key) for key in by}
+    base = {key: value_of(tables, key) for key in by}
     members = [base] + [base | {key: _moved(key, base[key], 1 + side * step)} for key in by for side in SIDES]
     rows = (", ".join(f'"{key}" = {toml_text(value)}' for key, value in member.items()) for member in members)
     listed = ",\n".join(f"    {{{row}}}" for row in rows)
@@ -104,7 +106,12 @@ def sensitivity(data: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _value(tables: dict[str, Any], key: str) -> Any:
+def value_of(tables: dict[str, Any], key: str) -> Any:
+    """What the tables of a scene set a key to; SceneError where they do not.
+
+    >>> print(value_of({"body": {"mass": "1 Msun"}}, "body.mass"))
+    1 Msun
+    """
     here: Any = tables
     for part in key.split("."):
         if not isinstance(here, dict) or part not in here:
@@ -122,8 +129,5 @@ def _moved(key: str, value: Any, factor: float) -> Any:
 
 def _derivative(members: xr.Dataset, step: float) -> xr.Dataset:
     """The fourth-order derivative of four members, at -h, -h/2, h/2 and h, and its distance from that of h/2."""
-    far = (members.isel(member=3, drop=True) - members.isel(member=0, drop=True)) / (2 * step)
-    near = (members.isel(member=2, drop=True) - members.isel(member=1, drop=True)) / step
-    best = (4 * near - far) / 3
-    error = abs(best - near)
+    best, error = derivative([members.isel(member=place, drop=True) for place in range(len(SIDES))], step)
     return best.merge(error.rename({name: f"{name}_error" for name in error.data_vars}))

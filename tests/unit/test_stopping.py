@@ -197,7 +197,7 @@ BETWEEN = {
         (passage, "_STEPS_AT_ONCE", {"splitting": 64}),
         (passage, "_STEPS_OF_FREE", 64),
     ),
-    "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (passage, "_ADAPTIVE_BETWEEN_LOOKS", 64)),
+    "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (passage, "ADAPTIVE_BETWEEN_LOOKS", 64)),
     "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (ellipsoid, "AT_ONCE", 64)),
     "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 32)),
     "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 32)),

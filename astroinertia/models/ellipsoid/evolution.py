@@ -65,13 +65,17 @@ class Ellipsoid:
                 min(AT_ONCE, adaptive.MOST_STEPS),
             )  # fmt: skip
             goes_on = self._way.goes_on(self.time, advanced, until)
-            self.state = affine_body.unmeasured(self.problem, advanced.state)
-            self.time, self.steps = float(advanced.time), self.steps + int(advanced.steps)
-            self.timestep = float(advanced.timestep)
+            self.moved(affine_body.unmeasured(self.problem, advanced.state), advanced)
             if not goes_on:
                 if bool(advanced.stopped) or bool(advanced.failed):
-                    raise self._diagnosis()
+                    raise self.diagnosis()
                 self.time = until
+
+    def moved(self, state: State, advanced: adaptive.Advanced) -> None:
+        """Be in a state that an integration has come to."""
+        self.state = state
+        self.time, self.steps = float(advanced.time), self.steps + int(advanced.steps)
+        self.timestep = float(advanced.timestep)
         self._note_inertia()
 
     def record(self, opening_potential: float | None) -> Record:
@@ -137,7 +141,8 @@ class Ellipsoid:
         second = moment * np.asarray(self.state.deformation) @ np.asarray(self.state.deformation).T
         self.largest_inertia = max(self.largest_inertia, float(np.linalg.norm(np.trace(second) * np.eye(3) - second)))
 
-    def _diagnosis(self) -> NumericalError:
+    def diagnosis(self) -> NumericalError:
+        """Why it cannot go on."""
         deformation, rate = np.asarray(self.state.deformation), np.asarray(self.state.rate)
         if not (np.isfinite(deformation).all() and np.isfinite(rate).all()):
             return NumericalError("the state is no longer finite", time=self.time)

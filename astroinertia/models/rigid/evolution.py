@@ -24,9 +24,9 @@ Array = Any
 
 EXACT = "exact for a body that keeps its shape, or changes its size as prescribed"
 
-_SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
+SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
 _STEPS_AT_ONCE = 2**14  # after which the run looks at the clock and at what signals ask for
-_FAR_TOO_MANY = (
+FAR_TOO_MANY = (
     f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
 )
@@ -61,7 +61,7 @@ class RigidBody:
         self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
         self._begun: np.ndarray | None = None  # of a branch, the time, attitude and L that it began with
         self._start(0.0, quaternion, momentum)
-        self._units = self._units_of_errors()
+        self.units = self._units_of_errors()
 
     def begin(self, other: Self) -> None:
         """Be where another body of the same shape is; what effects do is counted from there."""
@@ -104,9 +104,9 @@ class RigidBody:
     def advance(self, until: float) -> None:
         """Go to a time, meeting every break of the torques on the way, or as far towards it as so many steps go."""
         begun = self._steps
-        for stop in sorted({until, *self._breaks(until)}):
-            start, body = self._time, self._during(stop)
-            if stop - start > _SHORTEST * abs(stop):  # else two times that are meant to be the same
+        for stop in sorted({until, *self.breaks(until)}):
+            start, body = self._time, self.during(stop)
+            if stop - start > SHORTEST * abs(stop):  # else two times that are meant to be the same
                 met = self._go(body, [stop])
                 if not len(met.time):
                     return
@@ -114,7 +114,7 @@ class RigidBody:
                 self._time = stop
             for number, effect in enumerate(body.effects):
                 if stop in effect.breaks(start, stop):
-                    self._strike(number, effect)
+                    self.strike(number, effect)
             if self._steps > begun + _STEPS_AT_ONCE:
                 return
 
@@ -123,10 +123,10 @@ class RigidBody:
     ) -> list[Record]:
         """Go through output times, up to the next break of the torques, and give the record of each that was met."""
         times = np.asarray(times, dtype=float)[:AT_ONCE]
-        times = times[times < min(self._breaks(times[-1]), default=math.inf)]
-        if not len(times) or times[0] - self._time <= _SHORTEST * abs(times[0]):
+        times = times[times < min(self.breaks(times[-1]), default=math.inf)]
+        if not len(times) or times[0] - self._time <= SHORTEST * abs(times[0]):
             return []
-        return self._records(self._go(self._during(times[-1]), times, most))
+        return self._records(self._go(self.during(times[-1]), times, most))
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series."""
@@ -171,14 +171,19 @@ class RigidBody:
         total = self._opening["total_energy"] + record["integration_energy_error"]
         return Figures(float(total), scale, math.nan, math.nan)
 
-    def _breaks(self, until: float) -> set[float]:
+    def moved(self, state: Rotor, time: float, steps: int = 0, timestep: float | None = None) -> None:
+        """Be in a state that an integration has come to after so many steps more, of that mean length."""
+        self.state, self._time, self._steps = state, time, self._steps + steps
+        self._timestep = self._timestep if timestep is None else timestep
+
+    def breaks(self, until: float) -> set[float]:
         """Times from now on, up to one, at which a torque begins or ends, an impulse comes, or a change bends."""
         breaks = {time for effect in self.body.effects for time in effect.breaks(self._time, until)}
         if self.body.change is not None:  # whose curve has a bend at each of its points
             breaks |= {float(time) for time in self.body.change.times if self._time < time <= until}
         return breaks
 
-    def _during(self, stop: float) -> Rigid:
+    def during(self, stop: float) -> Rigid:
         """The body as it is from now to a time, with no break in between."""
         return replace(
             self.body, effects=tuple(effect.during(self._time, stop) for effect in self.body.effects)
@@ -192,7 +197,7 @@ class RigidBody:
         padded = np.full(AT_ONCE, times[-1])
         padded[: len(times)] = times
         passed = passage.passage(
-            body, self._units, self._course(), padded, len(times), min(most, passage.MOST_STEPS), chosen.tolerance,
+            body, self.units, self.course(), padded, len(times), min(most, passage.MOST_STEPS), chosen.tolerance,
             chosen.steps_per_rotation, chosen.integrator, chosen.order,
         )  # fmt: skip
         number, trouble = int(passed.number), int(passed.trouble)
@@ -207,7 +212,7 @@ class RigidBody:
             ended = map(jnp.asarray, (False, True, True))
             part = adaptive.Advanced(on.state, on.time, on.timestep, passed.since, *ended)
             if not self._way.goes_on(begun, part, float(times[number])):
-                self._refusal = NumericalError(_FAR_TOO_MANY, time=self._time)
+                self._refusal = NumericalError(FAR_TOO_MANY, time=self._time)
         elif trouble:
             figure = float(passed.figure)
             self._refusal = {
@@ -219,13 +224,14 @@ class RigidBody:
             raise self._refusal
         return met
 
-    def _course(self) -> Course:
+    def course(self) -> Course:
+        """Where it is on its way."""
         time, pace, timestep = map(np.float64, (self._time, self._pace, self._timestep))
         return Course(self.state, time, pace, timestep, np.int64(self._steps))
 
     def _present(self) -> Met:
         """The present state, as the only one."""
-        return Met(*(np.asarray(value)[None] for value in passage.state_met(self._course())))
+        return Met(*(np.asarray(value)[None] for value in passage.state_met(self.course())))
 
     def _records(self, met: Met) -> list[Record]:
         """Rows of the headline series, one of each state."""
@@ -257,7 +263,7 @@ class RigidBody:
         rows = zip(*(column.tolist() if column.ndim == 1 else column for column in columns.values()), strict=True)
         return [dict(zip(columns, values, strict=True)) for values in rows]
 
-    def _strike(self, number: int, effect: Any) -> None:
+    def strike(self, number: int, effect: Any) -> None:
         """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""
         body, state, time = self.body, self.state, jnp.asarray(self._time)
         m, momentum = state.momentum_in_body, state.angular_momentum.value
@@ -304,7 +310,7 @@ class RigidBody:
         momentum = float(jnp.linalg.norm(self.state.angular_momentum.value))
         moment = float(np.max(self.body.moments))
         if momentum == 0.0:
-            pace = float(passage.present_pace(self.body, self._course(), 0.0))
+            pace = float(passage.present_pace(self.body, self.course(), 0.0))
             momentum = moment * (pace or 1.0)
         shares = np.where(self.body.moments > 0.0, self.body.moments / moment, 1.0)
         return momentum, momentum * shares, momentum**2 / moment

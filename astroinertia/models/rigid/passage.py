@@ -26,12 +26,12 @@ AT_ONCE = 256
 # they take another length: within it they stay alike, as a symplectic method wants them. A free body's pace stays.
 _STEPS_BETWEEN_LOOKS, _STEPS_OF_FREE = 4096, 2**17
 _CHANGE_OF_PACE = 1.25
-_ADAPTIVE_BETWEEN_LOOKS = 2**16
+ADAPTIVE_BETWEEN_LOOKS = 2**16
 # Steps after which a call ends, so that the run looks at the clock and at what signals ask for: about a second.
 _STEPS_AT_ONCE = {"splitting": 2**14, "adaptive": 2**12}
 MOST_STEPS = 1e12
 _SIZES_LOOKED_AT = 65  # between now and the next output, for the smallest
-_FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
+FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
 
 # What ends a call before its last output time: the part that met with it is not in the state, but for UNFINISHED.
@@ -177,11 +177,11 @@ def _adapted(
     first = jax.lax.cond(
         course.timestep > 0.0,
         lambda: course.timestep,
-        lambda: _FIRST_STEP / jnp.maximum(present_pace(body, course, until), _FIRST_STEP / left),
+        lambda: FIRST_STEP / jnp.maximum(present_pace(body, course, until), FIRST_STEP / left),
     )
     advanced = adaptive.advance(
         rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance, None,
-        min(_ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
+        min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
     )  # fmt: skip
     turning, momentum, sums = (advanced.state[name] for name in scaled)
     turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])

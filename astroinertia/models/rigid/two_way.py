@@ -95,7 +95,7 @@ class CoupledRigidBody(RigidBody):
         """To the first of the times, or as far towards it as so many steps go."""
         until, stages = times[0], COMPOSITIONS[self.settings.order]
         at_pericentres = replace(body, companions=_at_pericentres(self.bodies))
-        pace, wanted = planned(at_pericentres, self._course(), until, self.settings.steps_per_rotation)
+        pace, wanted = planned(at_pericentres, self.course(), until, self.settings.steps_per_rotation)
         if not wanted < MOST_STEPS:
             raise too_fast(float(wanted), self._time)
         self._pace, steps = float(pace), int(whole(wanted))

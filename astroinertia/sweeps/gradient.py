@@ -1,0 +1,184 @@
+"""Derivatives of a run by keys of its scene, from one pass along the run a key: forward-mode differentiation.
+
+The body is built at the scene's value of a key and at four values near it, which is cheap; the differences of these
+(integrate.variational) are the derivative of the first state and of the numbers of the equations by the logarithm of
+the key, whatever the key is. The linearised equations, differentiated by JAX, carry that through the run, and members
+beside the run by the same small steps are recorded as runs are: sweeps.sensitivity reads the derivative of every series
+off them. A scaling law, in closed form, needs no linearisation: its members are followed themselves. Tests:
+tests/unit/sweeps/test_gradient.py.
+"""
+
+import importlib
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import jax
+import numpy as np
+import xarray as xr
+
+from astroinertia import dataset
+from astroinertia.accuracy.selected_observables import SelectedObservable, parsed, selected
+from astroinertia.build.assemble import Prepared, metadata, model_description, prepare
+from astroinertia.effects.own import failures_said
+from astroinertia.errors import NumericalError, SceneError
+from astroinertia.integrate.variational import SIDES
+from astroinertia.observables.own import recorded
+from astroinertia.run.branch import moment
+from astroinertia.run.loop import SAME_TIME, in_si
+from astroinertia.scene import source
+from astroinertia.scene.plan import code_units
+from astroinertia.scene.schema import Scene
+from astroinertia.scene.sweep_values import coordinate, number_and_unit
+from astroinertia.storage.outputs import stacked
+from astroinertia.sweeps.combined import variable_name
+from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep, value_of
+from astroinertia.units import shown
+
+NEAR = 1e-4  # relative step of the members beside a run
+_JUMP = 1e-5  # error of the first derivatives, over their size and that of what they are of: of order NEAR^2 if smooth
+_HOW = ("time", "output", "numerics", "accuracy")  # what says how a body is followed, not what it is
+_SERIES = re.compile(r"(\w+)\.(\w+)")
+
+
+def gradient(scene: Scene, of: str, by: Sequence[str]) -> xr.Dataset:
+    """The derivatives of a number of a run by keys of its scene, as astroinertia.gradient says.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/core_to_pulsar_scaling.toml")
+    >>> answer = gradient(scene, "inertia_tensor.zz", ["body.radius"])
+    >>> print(round(float(answer.gradient[0] * 1500 / answer.value), 9))  # I ~ R^2
+    2.0
+    """
+    if isinstance(by, str) or not by:
+        raise SceneError('by is a list of keys of the scene, such as ["body.mass"].')
+    observable, at = _asked(of)
+    run = members(scene, by, None if at in ("", "end") else moment(scene, at, "the time of a gradient"))
+    name = observable.variable
+    value = selected(run.isel(member=0), observable).isel(time=-1)
+    slopes = sensitivity(run[[name]])
+    errors = slopes[[f"{name}_error"]].rename({f"{name}_error": name})
+    slope, error = (selected(data, observable).isel(time=-1) for data in (slopes, errors))
+    tables = source.parse(scene.to_toml(), scene.name)
+    numbers, units = zip(*(number_and_unit(value_of(tables, key)) for key in by), strict=True)
+    written, unit = xr.DataArray(np.array(numbers), dims="parameter"), str(run[name].attrs.get("units", "1"))
+    per = {"units": f"{unit} per parameter_unit"}
+    result = {
+        "value": value.assign_attrs(units=unit),
+        "gradient": (slope / written).assign_attrs(per),
+        "gradient_error": (error / abs(written)).assign_attrs(per),
+    }
+    clean = {key: array.reset_coords(drop=True) for key, array in result.items()}
+    return xr.Dataset(clean).assign_coords(
+        time=float(value.time), parameter_value=("parameter", list(numbers)),
+        parameter_unit=("parameter", [name or "1" for name in units]),
+    )  # fmt: skip
+
+
+def refusal(scene: Scene, by: Sequence[str]) -> str:
+    """Why a run is not differentiated by these keys, as a sentence; empty where it is.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/core_to_pulsar_scaling.toml")
+    >>> print(refusal(scene, ["body.mass"]) or "it is", "-", refusal(scene, ["time.end"]))
+    it is - 'time.end' says how the body is followed, not what it is.
+    """
+    for key in by:
+        if key.split(".")[0] in _HOW:
+            return f"'{shown(key)}' says how the body is followed, not what it is."
+    if scene.orbits.back_reaction:
+        return "[orbits] back_reaction: orbits that the body acts on are followed by REBOUND, and not differentiated."
+    if scene.wants_choice:
+        return "accuracy: settings that are yet to be chosen would be others for every value of a key."
+    return "the model sph is not differentiated." if scene.model == "sph" else ""
+
+
+def members(scene: Scene, by: Sequence[str], until: float | None = None) -> xr.Dataset:
+    """A run and, of each key, four members beside it at the steps SIDES of NEAR, as the dataset of a sweep has them.
+
+    until: in code units, when it ends; without it, as the scene says. For sensitivity; errors as of `gradient`.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/core_to_pulsar_scaling.toml")
+    >>> print(members(scene, ["body.mass", "body.radius"]).sizes["member"])
+    9
+    """
+    if why := refusal(scene, by):
+        raise SceneError(why)
+    sweep, units = sensitivity_sweep(scene, by, NEAR), code_units(scene)
+    scenes = [sweep.scene(number) for number in range(len(sweep.members))]
+    series: dict[int, xr.Dataset] = {}
+    with jax.enable_x64(True), failures_said():
+        for place, key in enumerate(by):
+            numbers = range(1 + len(SIDES) * place, 1 + len(SIDES) * (place + 1))
+            bodies = [prepare(scenes[number], units) for number in (0, *numbers)]
+            records = _records(scene.model, bodies, key, until)
+            for number, body, rows in zip((0, *numbers), bodies, records, strict=True):
+                if number not in series:
+                    described = metadata(scenes[number], units) | model_description(body.evolution)
+                    series[number] = dataset.headline(stacked(rows, "record"), described)
+    data = xr.concat(
+        [series[number] for number in range(len(scenes))], "member", data_vars="all", coords="minimal",
+        compat="override", combine_attrs="override", join="override",
+    )  # fmt: skip
+    values: Any = {}
+    for place, key in enumerate(by):
+        numbers, unit = coordinate([member[place] for member in sweep.members])
+        values[variable_name(key)] = ("member", numbers, {"long_name": key, "units": unit})
+    return data.assign_coords(values).assign_attrs(sweep_parameters=", ".join(by))
+
+
+def _records(model: str, bodies: Sequence[Prepared], key: str, until: float | None) -> list[list[dict[str, Any]]]:
+    """The records of a body and of four members beside it, at the same times."""
+    rows: list[list[dict[str, Any]]] = [[] for _ in bodies]
+    for time in _times(bodies[0], until):
+        try:
+            _advance(model, [body.evolution for body in bodies], time)
+        except NumericalError as error:
+            raise in_si(error, bodies[0].units) from None
+        except ValueError as error:
+            raise SceneError(
+                f"'{shown(key)}' does not change the run smoothly ({error}): take differences of runs."
+            ) from None
+        for body, mine in zip(bodies, rows, strict=True):
+            record = body.evolution.record(mine[0].get("potential_energy", 0.0) if mine else None)
+            mine.append(record | recorded(body.outputs.observables, record, body.evolution.snapshot))
+    return rows
+
+
+def _times(run: Prepared, until: float | None) -> Iterator[float]:
+    """When a run records, with its end, in code units; at the end alone where it counts steps."""
+    output = run.outputs
+    end, every = output.end if until is None else until, output.series_every
+    yield 0.0
+    number = 1
+    while every is not None and number * every < end * (1.0 - SAME_TIME):
+        yield number * every
+        number += 1
+    if end > 0.0:
+        yield end
+
+
+def _advance(model: str, bodies: Sequence[Any], time: float) -> None:
+    """All bodies to a time; ValueError where the members are no smooth neighbours of the first."""
+    body, *four = bodies
+    if model == "scaling":
+        for one in bodies:
+            while one.time < time:
+                one.advance(time)
+    elif body.time < time:
+        jump = importlib.import_module(f"astroinertia.models.{model}.variation").advance(body, four, NEAR, time)
+        if jump > _JUMP:
+            raise ValueError("the body changes in jumps")
+
+
+def _asked(of: str) -> tuple[SelectedObservable, str]:
+    """The observable and the time of a text such as inertia_tensor.zz@end."""
+    name, _, at = (part.strip() for part in of.partition("@"))
+    if dotted := _SERIES.fullmatch(name):
+        labels = " ".join(dotted[2]) if set(dotted[2]) <= set("xyz") else dotted[2]
+        name = f"{dotted[1]} {labels}"
+    observable = parsed(name)
+    if observable.of_series:
+        raise SceneError(f"'{shown(of)}': a frequency has no gradient here; name the series itself.")
+    return observable, at

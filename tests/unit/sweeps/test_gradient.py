@@ -1,0 +1,141 @@
+"""Gradients against differences of whole runs, against what conservation says, and what is refused."""
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.errors import SceneError
+from astroinertia.sweeps.ensemble import run_sweep
+from astroinertia.sweeps.gradient import members
+from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
+from tests.sims import SIMS
+
+CORE = SIMS / "core_to_pulsar_scaling.toml"
+TOP = {
+    "name": "top",
+    "model": "rigid",
+    "body": {
+        "kind": "rigid",
+        "mass": "2 kg",
+        "radius": "0.1 m",
+        "moment_ratios": [0.25, 0.26, 0.5],
+        "rotation": {"period": "0.1 s", "wobble": "20 deg"},
+    },
+    "effects": {"constant_torque": {"vector": ["0.5 N m", "0 N m", "0.1 N m"], "frame": "body"}},
+    "time": "0.2 s",
+}
+ASTEROID = {
+    "name": "asteroid",
+    "model": "rigid",
+    "body": {
+        "kind": "rigid",
+        "mass": "1e13 kg",
+        "radius": "1 km",
+        "moment_ratios": [0.3, 0.4, 0.5],
+        "rotation": {"period": "5 h", "wobble": "30 deg"},
+    },
+    "effects": {"internal_dissipation": {"time_scale": "3 d"}},
+    "time": "1 d",
+}
+STAR = {
+    "name": "star",
+    "model": "ellipsoid",
+    "units": "code",
+    "body": {
+        "kind": "polytrope",
+        "index": 1.5,
+        "mass": 1.0,
+        "radius": 1.0,
+        "axes": [1.0, 0.9, 0.8],
+        "pressure_fraction": 0.8,
+        "rotation": {"period": 12.0},
+    },
+    "equation_of_state": {"kind": "ideal", "gamma": 1.6},
+    "effects": ["gravity", "pressure"],
+    "time": 3.0,
+}
+MOON = {
+    **ASTEROID,
+    "companions": [{"name": "planet", "mass": "1e24 kg", "period": "5 d"}],
+    "effects": ["gravity_gradient"],
+    "orbits": {"back_reaction": True},
+    "numerics": {"integrator": "splitting"},
+}
+CASES = {
+    "top": (TOP, ("body.rotation.period", "body.mass", "body.radius", "body.rotation.wobble")),
+    "asteroid": (ASTEROID, ("body.rotation.period", "effects.internal_dissipation.time_scale")),
+    "star": (STAR, ("body.rotation.period", "equation_of_state.gamma", "body.mass", "body.pressure_fraction")),
+    "core": (CORE, ("body.rotation.period", "body.radius")),
+}
+SERIES = ("inertia_tensor", "angular_velocity", "angular_momentum", "rotational_energy")
+
+
+def scene(tables):
+    return astroinertia.Scene(**tables) if isinstance(tables, dict) else astroinertia.load(tables)
+
+
+@pytest.mark.parametrize("name", [pytest.param("top", marks=pytest.mark.full), "asteroid", "star", "core"])
+def test_gradients_are_those_of_differences_of_runs(name, tmp_path):
+    """Twelve keys of four scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
+    tables, by = CASES[name]
+    run = members(scene(tables), by)
+    ours = sensitivity(run)
+    theirs = sensitivity(astroinertia.open(run_sweep(sensitivity_sweep(tables, by, 0.003), tmp_path).file).load())
+    assert ours.parameter.values.tolist() == list(by)
+    for series in SERIES:
+        answers, expected = (data[series].isel(time=-1).values for data in (ours, theirs))
+        size = abs(run[series].isel(member=0, time=-1).values).max()
+        for answer, right in zip(answers, expected, strict=True):
+            assert abs(answer - right).max() < 1e-4 * max(abs(right).max(), size)
+    assert max(abs(ours[series]).max() for series in SERIES) > 0.0
+
+
+def test_a_gradient_is_in_the_units_of_the_scene_and_at_the_time_that_is_named():
+    answer = astroinertia.gradient(CORE, of="angular_velocity.z@end", by=["body.rotation.period", "body.radius"])
+    assert answer.parameter_value.values.tolist() == [30.0, 1500.0]
+    assert answer.parameter_unit.values.tolist() == ["s", "km"]
+    spin = float(answer.value)
+    np.testing.assert_allclose(answer.gradient, [-spin / 30.0, 0.0], atol=1e-9 * spin)
+    assert answer.gradient.attrs["units"] == "rad s-1 per parameter_unit"
+    assert (abs(answer.gradient - [-spin / 30.0, 0.0]) <= answer.gradient_error + 1e-12 * spin).all()
+    early = astroinertia.gradient(CORE, of="inertia_tensor.zz @ 100 ms", by=["body.radius"])
+    assert float(early.time) == pytest.approx(0.1)
+    assert float(early.gradient[0]) == pytest.approx(2.0 * float(early.value) / 1500.0)
+
+
+def test_the_initial_spin_for_a_final_one_is_found_in_under_ten_evaluations():
+    """Newton's method: the period with which the star turns at 0.8 in the end, which turns at 0.52 at first."""
+    period, wanted, spins = 12.0, 0.8, []
+    while not spins or abs(spins[-1] / wanted - 1.0) > 1e-6:
+        tables = {**STAR, "body": {**STAR["body"], "rotation": {"period": period}}}
+        answer = astroinertia.gradient(tables, of="angular_velocity.z", by=["body.rotation.period"])
+        spins.append(float(answer.value))
+        assert len(spins) < 10
+        period *= (wanted / spins[-1]) ** (spins[-1] / (float(answer.gradient[0]) * period))
+    assert abs(spins[0] / wanted - 1.0) > 0.3
+
+
+@pytest.mark.parametrize(
+    ("tables", "of", "by", "sentence"),
+    [
+        (CORE, "angular_velocity.z", ["time.end"], "'time.end' says how the body is followed"),
+        (CORE, "angular_velocity.z", [], "by is a list of keys"),
+        (CORE, "angular_velocity.z", "body.mass", "by is a list of keys"),
+        (CORE, "frequency of angular_velocity z", ["body.mass"], "a frequency has no gradient here"),
+        (CORE, "spin", ["body.mass"], "'spin' is no series of the dataset; did you mean spin_axis"),
+        (CORE, "angular_velocity.z@1 h", ["body.mass"], "the time of a gradient"),
+        (CORE, "angular_velocity.z", ["body.period"], "body.period"),
+        (SIMS / "evrard.toml", "inertia_tensor.zz", ["body.mass"], "the model sph is not differentiated"),
+        (MOON, "angular_velocity.z", ["body.mass"], "back_reaction"),
+    ],
+)
+def test_what_cannot_be_differentiated_is_said_in_one_sentence(tables, of, by, sentence):
+    with pytest.raises(SceneError, match=sentence) as refused:
+        astroinertia.gradient(tables, of=of, by=by)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_key_that_moves_the_time_of_a_torque_is_refused():
+    tables = {**TOP, "effects": {"constant_torque": {"vector": ["1 N m", "0 N m", "0 N m"], "begin": "0.05 s"}}}
+    with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which torques begin"):
+        astroinertia.gradient(tables, of="angular_velocity.z", by=["effects.constant_torque.begin"])
