@@ -90,11 +90,12 @@ class Sphere:
 @dataclass(frozen=True)
 class Done:
     """How many steps are done, (SHARES + 1,), when so many equal parts of the run's time are over: global ones, and
-    base steps where particles have steps of their own.
+    where particles have steps of their own, base steps and ends of intervals.
     """
 
     steps: np.ndarray
     base: np.ndarray
+    ends: np.ndarray
 
 
 def done(scene: Scene) -> Done | None:
@@ -124,12 +125,13 @@ def _done_of(scene: Scene) -> Done | None:
     # step is two of it (models.sph.intervals).
     finest = np.floor(np.log2(np.maximum(limits.usual, step) / step))
     base = np.minimum(np.where(finest > 0.0, 2.0, 1.0) * step * 2.0**finest, longest)
+    interval = base / 2.0 ** np.ceil(np.log2(base / step) - 1e-9)  # one that is cut short is still in powers of two
 
     def counted(step: np.ndarray) -> np.ndarray:
         until = cumulative_trapezoid(1.0 / np.minimum(step, end), times, initial=0.0)
         return np.interp(np.linspace(0.0, end, SHARES + 1), times, until + times / end)  # the end cuts the last short
 
-    return Done(counted(step), counted(base))
+    return Done(counted(step), counted(base), counted(interval))
 
 
 def _limits(scene: Scene, end: float) -> Limits:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds
+from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds, total
 from astroinertia.scene import gravity_costs
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
@@ -16,8 +16,12 @@ FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 SHARES = 50  # equal parts of a run's time, after which it is known how much of its work is done
+# Intervals in powers of two of any base step over what their limits ask for, less a margin of 5 %, on average.
+ROUNDED = 1.0 / (0.95 * math.log(2.0))
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
 REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
+REST_OF_REGION = 0.35  # over that rest: a ledger of its own
+PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of the calibration's cloud
 
 
 @dataclass(frozen=True)
@@ -39,18 +43,24 @@ class Counts:
         done = tuple(min(1.0, share / part) for share in self.done)
         return Counts(part * self.steps, part * self.evaluations, part * self.ends, self.by, done)
 
-    def meeting(self, times: float, evaluations: float = 1.0, ends: float = 1.0) -> "Counts":
+    def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
 
         From one time to the next it takes half a step more, as steps are rounded up, or one where they are longer.
-        evaluations, ends: that each further step takes.
         """
-        of_steps, of_work = self.steps * np.diff(self.done), np.diff(self.done)
+        own, work, ends = (count * np.diff(self.done) for count in (self.steps, self.evaluations, self.ends))
         apart = times / SHARES
-        more = np.maximum(0.5 * apart, apart - of_steps)
-        further, work = float(more.sum()), self.evaluations * of_work + evaluations * more
+        steps = own + np.maximum(0.5 * apart, apart - own)
+        within, met = self.ends - self.steps, steps
+        if within > 0.0:
+            # A base step that ends elsewhere is still divided in powers of two.
+            met = np.maximum(steps, (1.0 + (ROUNDED - 1.0) * np.minimum(1.0, apart / steps)) * ends)
+            # Some particles are evaluated where intervals end within a base step, all where that ends.
+            active = (self.evaluations - self.steps) / within
+            work = work + active * ((met - steps) - (ends - own))
+        work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
-        return Counts(self.steps + further, float(work.sum()), self.ends + ends * further, self.by, done)
+        return Counts(float(steps.sum()), float(work.sum()), float(met.sum()), self.by, done)
 
 
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
@@ -75,6 +85,8 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     common = 1.0 - EFFECTS_IN_REST * REST_OF_EFFECT
     for kind in scene.effects:
         parts[kind] = parts.get(kind, Seconds()) + REST_OF_EFFECT * rest
+    if scene.regions:
+        parts["regions"] = len(scene.regions) * REST_OF_REGION * rest
     return parts | {"drift, ledger and time step": common * rest}
 
 
@@ -94,12 +106,24 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     plain = evaluation(scene, particles, machine)
     if scene.numerics.timesteps == "global":
         return {name: counts.steps * cost for name, cost in plain.items()}
-    # A few active particles take their share of every pass, and each end of an interval what it takes by itself.
-    by_particle = evaluation(scene, particles, _without_fixed(machine))
+    # A few active particles take their share of every pass, and nested sets are summed over again; each base step takes
+    # what it does to begin, and each end of an interval what it takes by itself.
     costs = machine.seconds
-    parts = {name: counts.evaluations * cost for name, cost in by_particle.items()}
+    nested = _over(costs["individual.particle"], total(costs[f"mixed.{name}"] for name in PASSES))
+    parts = {
+        name: counts.evaluations * Seconds((1.0 + nested.wall) * cost.wall, (1.0 + nested.processor) * cost.processor)
+        for name, cost in evaluation(scene, particles, _without_fixed(machine)).items()
+    }
+    begun = counts.steps * (costs["individual.base"] + particles * costs["individual.base.particle"])
     ends = counts.ends * costs["individual.end"]
-    return parts | {"ends of intervals": ends + counts.evaluations * particles * costs["individual.particle"]}
+    if scene.regions:
+        ends = ends + counts.ends * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
+    return parts | {"beginnings of base steps": begun, "ends of intervals": ends}
+
+
+def _over(part: Seconds, whole: Seconds) -> Seconds:
+    """The two over each other; nothing of nothing."""
+    return Seconds(part.wall / (whole.wall or math.inf), part.processor / (whole.processor or math.inf))
 
 
 def _without_fixed(machine: Machine) -> Machine:

@@ -20,7 +20,7 @@ from astroinertia.errors import ArchiveError
 from astroinertia.storage.atomic import write_json
 from astroinertia.storage.cache import cache_directory
 
-FORMAT = 1  # raise it when a cost changes its meaning
+FORMAT = 2  # raise it when a cost changes its meaning
 FILE = "machine.json"
 LARGEST_FILE = 1 << 16  # bytes
 MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest cost is as large
@@ -90,19 +90,21 @@ SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "prepare.sph": (0.61, 0.6),
     "record": (0.00075, 0.00075),
     "record.particle": (6.1e-06, 1.1e-05),
-    "rest": (2.3e-07, 1.3e-07),
-    "individual.end": (0.0031, 0.003),
-    "individual.particle": (2.1e-06, 2.8e-06),
+    "rest": (2.3e-07, 3.2e-07),
+    "individual.base": (0.0013, 0.0013),
+    "individual.base.particle": (1.1e-07, 1.1e-07),
+    "individual.end": (0.0021, 0.0021),
+    "individual.particle": (2.1e-06, 3e-06),
     "place.particle": (0.0004, 0.0004),
     "write": (0.0043, 0.003),
     "write.byte": (2e-08, 1.9e-08),
     "compile.sph": (38.0, 38.0),
-    "fixed.density": (0.00022, 0.0004),
-    "fixed.gradients": (0.00019, 0.00041),
-    "fixed.forces": (0.00039, 0.00054),
+    "fixed.density": (0.00011, 0.00012),
+    "fixed.gradients": (0.0001, 0.00011),
+    "fixed.forces": (0.00025, 0.00027),
     "fixed.multipole": (7.3e-05, 7.3e-05),
-    "fixed.direct": (0.00036, 0.0011),
-    "fixed.rest": (0.0013, 0.0018),
+    "fixed.direct": (0.00034, 0.00036),
+    "fixed.rest": (0.0013, 0.0013),
     "mixed.density": (2.6e-07, 5e-07),
     "mixed.gradients": (2.2e-07, 4.1e-07),
     "mixed.forces": (3e-07, 6e-07),

@@ -25,8 +25,7 @@ IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows f
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
-ACTIVE = 0.5
-FURTHER_BASE_STEP = (0.3, 2.0)  # evaluations of all particles and ends of intervals that a shorter one brings, there
+ACTIVE = 0.5  # of the particles, where intervals end within a base step
 PREPARATION = ("start-up", "compiling", "placing", "settling")
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
@@ -86,8 +85,7 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     own = counted(scene)
     if own is None:
         return None
-    more = (1.0, 1.0) if scene.numerics.timesteps == "global" else FURTHER_BASE_STEP
-    met = own.meeting(_times_to_meet(scene), *more) if scene.output.align else own
+    met = own.meeting(_times_to_meet(scene)) if scene.output.align else own
     counts = met.at_most(scene.time.max_steps or math.inf)
     costs = machine.seconds
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
@@ -123,7 +121,8 @@ def counted(scene: Scene) -> Counts | None:
     steps, base = float(estimate.steps[-1]), float(estimate.base[-1])
     done = tuple(map(float, estimate.steps / steps))
     if scene.numerics.timesteps == "individual":
-        return Counts(base, max(base, steps * ACTIVE), steps, "an estimate", done)
+        ends = float(estimate.ends[-1])
+        return Counts(base, base + ACTIVE * (ends - base), ends, "an estimate", done)
     return Counts(steps, steps, steps, "an estimate", done)
 
 

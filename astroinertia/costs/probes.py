@@ -22,6 +22,7 @@ import numpy as np
 
 from astroinertia import dataset
 from astroinertia.build.assemble import metadata, model_description, prepare
+from astroinertia.costs.evaluations import PASSES
 from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models.sph.evaluate import pair_fields
@@ -174,28 +175,42 @@ def _record(body: Any, step: Pairs) -> Seconds:
 
 
 def _individual(costs: Pairs) -> Pairs:
-    """Of the ends of intervals within base steps, and what a particle takes there beside its passes."""
-    passes = [costs[f"mixed.{name}"] for name in ("density", "gradients", "forces", "multipole")]
-    rows = []
+    """Of individual steps: what a base step takes to begin, the ends of intervals within it, and a particle there."""
+    passes = total(costs[f"mixed.{name}"] for name in PASSES)
+    plain, further = [], []
     for particles in (FEW, MANY):
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
-        tallies, plain = [], body.base_step
-        body.base_step = lambda *arguments, plain=plain, tallies=tallies: _counted(plain(*arguments), tallies)
+        tallies, step = [], body.base_step
+        body.base_step = lambda *arguments, step=step, tallies=tallies: _counted(step(*arguments), tallies)
         body.advance(body.end)
-        tallies.clear()
-        begin = now()
-        while sum(tally.evaluations for tally in tallies) < min(EVALUATIONS, 20 * particles):
-            body.advance(body.end)
-        taken = since(begin)
-        evaluations, ends = (sum(getattr(tally, name) for tally in tallies) for name in ("evaluations", "ends"))
-        rest = less(taken, evaluations * total(passes))
-        rows.append((ends, evaluations, [rest.wall, rest.processor]))
-    matrix = np.array([[ends, evaluations] for ends, evaluations, _ in rows], dtype=float)
-    solution = np.linalg.solve(matrix, np.array([rest for _, _, rest in rows]))
+        ends, evaluations, taken = _of_base_steps(body, tallies, passes, body.end, 20)
+        shortest = 0.5 * float(body.state.rates.timestep)  # all particles have one interval
+        *_, least = _of_base_steps(body, tallies, passes, shortest, STEPS)
+        plain.append(least)
+        further.append((ends - 1.0, evaluations - particles, less(taken, least)))
+    matrix = np.array([row[:2] for row in further])
+    solution = np.linalg.solve(matrix, np.array([[rest.wall, rest.processor] for *_, rest in further]))
     # A particle in a nested set may take less than its share of a plain pass over all of them.
-    end = np.maximum(solution[0], 0.0)
-    particle = np.maximum(solution[1], 0.0)
-    return {"individual.end": Seconds(*map(float, end)), "individual.particle": Seconds(*map(float, particle))}
+    end, particle = (Seconds(*map(float, row)) for row in np.maximum(solution, 0.0))
+    few, many = (less(least, end + count * particle) for count, least in zip((FEW, MANY), plain, strict=True))
+    base, base_particle = line(few, many)
+    return {
+        "individual.base": base, "individual.base.particle": base_particle,
+        "individual.end": end, "individual.particle": particle,
+    }  # fmt: skip
+
+
+def _of_base_steps(
+    body: Any, tallies: list[Any], passes: Seconds, length: float, times: int
+) -> tuple[float, float, Seconds]:
+    """Of one base step no longer than `length`: ends of intervals, evaluations, and what it takes beside its passes."""
+    tallies.clear()
+    begin, evaluations, ends = now(), 0, 0
+    while evaluations < min(EVALUATIONS, times * len(body.state.mass)):
+        body.advance(min(body.end, body.time + length))
+        evaluations, ends = (sum(getattr(tally, name) for tally in tallies) for name in ("evaluations", "ends"))
+    once = 1.0 / len(tallies)
+    return once * ends, once * evaluations, once * less(since(begin), evaluations * passes)
 
 
 def _counted(result: Any, tallies: list[Any]) -> Any:

@@ -10,7 +10,8 @@ from typing import Any
 ELLIPTIC_STEPS = 24
 # Newton steps from above; the error is round-off for e from 1 to 100 and all times, by test.
 OPEN_STEPS = 14
-_SERIES_TERMS = 10  # of sinh k - k and cosh k - 1 below k = 1: the first left out is below 1e-18
+# Of cosh k - 1 and sinh k - k below k = 1, highest powers first: the first left out is below 1e-18.
+_SERIES = tuple((1.0 / math.factorial(2 * j + 2), 1.0 / math.factorial(2 * j + 3)) for j in reversed(range(10)))
 
 
 def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
@@ -60,10 +61,10 @@ def _stumpff_sums(xp: Any, s: Any, excess: Any) -> tuple[Any, Any]:
     """s^2 c_2(-b s^2) and s^3 c_3(-b s^2): (cosh k - 1)/b and (sinh k - k)/b^1.5 with k = b^0.5 s, b >= 0."""
     argument = excess * s * s
     small = argument < 1.0
-    second = third = 0.0
-    for j in reversed(range(_SERIES_TERMS)):
-        second = second * xp.where(small, argument, 0.0) + 1.0 / math.factorial(2 * j + 2)
-        third = third * xp.where(small, argument, 0.0) + 1.0 / math.factorial(2 * j + 3)
+    second, third, near = 0.0, 0.0, xp.where(small, argument, 0.0)
+    for of_second, of_third in _SERIES:
+        second = second * near + of_second
+        third = third * near + of_third
     root = xp.sqrt(xp.where(small, 1.0, argument))
     b = xp.where(small, 1.0, excess)
     return (

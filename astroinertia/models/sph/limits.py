@@ -8,7 +8,7 @@ another.
 
 import math
 from collections.abc import Iterable, Mapping
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -127,21 +127,34 @@ def contact_limit(
         middle = 0.5 * (inside.min(axis=1) + inside.max(axis=1))
         return middle, root(xp, ((inside - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
 
-    centre, radius = spheres(position - position.mean(axis=0))
-    drift, spread = spheres(relative)
-    length = smoothing_length[rows].max(axis=1)
-    apart = centre[:, None] - centre[None, :]
-    moving = drift[:, None] - drift[None, :]
-    distance = root(xp, (apart**2).sum(axis=2))
-    towards = xp.where(
-        distance > 0.0,
-        -(apart * moving).sum(axis=2) / xp.where(distance > 0.0, distance, 1.0),
-        root(xp, (moving**2).sum(axis=2)),
-    )
-    closing = towards + spread[:, None] + spread[None, :]
-    reach = xp.maximum(length[:, None], length[None, :])
-    gap = xp.maximum(distance - radius[:, None] - radius[None, :] - support * reach, 0.0)
-    return xp.min(xp.where(closing > 0.0, (gap + DEPTH * reach) / xp.where(closing > 0.0, closing, 1.0), xp.inf))
+    groups = *spheres(position - position.mean(axis=0)), *spheres(relative), smoothing_length[rows].max(axis=1)
+    pairs = (xp.take(of_group, of, axis=0) for of in pairs_of(len(rows)) for of_group in groups)
+    return xp.min(elementwise(xp, meeting, *pairs, support, DEPTH)[0])
+
+
+@lru_cache(maxsize=4)
+def pairs_of(count: int) -> tuple[Array, Array]:
+    """Every pair of so many, each with itself as well."""
+    return np.triu_indices(count)
+
+
+def meeting(
+    xp, centre_i, radius_i, drift_i, spread_i, h_i, centre_j, radius_j, drift_j, spread_j, h_j, support, depth
+):  # fmt: skip
+    """(gap + depth h)/w of two groups, infinite where they part."""
+    apart = centre_i[0] - centre_j[0], centre_i[1] - centre_j[1], centre_i[2] - centre_j[2]
+    moving = drift_i[0] - drift_j[0], drift_i[1] - drift_j[1], drift_i[2] - drift_j[2]
+    distance, speed = root(xp, product(xp, apart, apart)), root(xp, product(xp, moving, moving))
+    towards = xp.where(distance > 0.0, -product(xp, apart, moving) / xp.where(distance > 0.0, distance, 1.0), speed)
+    closing = towards + spread_i + spread_j
+    reach = xp.maximum(h_i, h_j)
+    gap = xp.maximum(distance - radius_i - radius_j - support * reach, 0.0)
+    return (xp.where(closing > 0.0, (gap + depth * reach) / xp.where(closing > 0.0, closing, 1.0), xp.inf),)
+
+
+def product(xp, a, b):
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def size(xp, a):

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
-from astroinertia.costs.machine import Machine, Seconds
+from astroinertia.costs.evaluations import Counts, run_of_steps
+from astroinertia.costs.machine import Machine, Seconds, total
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
@@ -89,7 +90,7 @@ def test_a_calibration_of_another_machine_or_version_counts_as_none():
         lambda text: text.replace("0.0015", "1e300"),
         lambda text: text.replace("0.0015", "true"),
         lambda text: text.replace("0.0015", '"0.0015"'),
-        lambda text: text.replace('"format": 1', '"format": 2'),
+        lambda text: text.replace(f'"format": {machine.FORMAT}', f'"format": {machine.FORMAT - 1}'),
     ],
 )
 def test_a_broken_calibration_counts_as_none(broken):
@@ -282,6 +283,32 @@ def test_steps_are_rounded_up_to_the_times_of_outputs():
     uneven = pilot({"pressure": [50.0] + [0.5] * 100}).counts(100).meeting(10.0)  # 5 times in one step, 5 in 100
     assert uneven.steps == pytest.approx(101.0 + 4.0 + 2.5, rel=0.02)
     assert uneven.done[len(uneven.done) // 2] == pytest.approx(5.0 / 107.5, abs=0.03)
+
+
+def test_base_steps_that_are_cut_short_are_divided_in_powers_of_two():
+    """All particles are evaluated once more for each further base step, some of them for each further interval."""
+    done = tuple(np.linspace(0.0, 1.0, 51))
+    own = Counts(100.0, 250.0, 400.0, "a test", done)  # half of the particles where intervals end within a base step
+    met = own.meeting(100.0)
+    assert met.steps == pytest.approx(150.0)
+    assert 1.2 * own.ends < met.ends < 2.0 * own.ends
+    assert met.evaluations - met.steps == pytest.approx(0.5 * (met.ends - met.steps))
+    dense = own.meeting(1000.0)
+    assert dense.ends == dense.steps == pytest.approx(1000.0)
+    alike = Counts(100.0, 100.0, 100.0, "a test", done).meeting(50.0)
+    assert alike.steps == alike.evaluations == alike.ends
+
+
+def test_each_base_step_takes_what_it_does_to_begin():
+    scene = load.loads(STAR, ['numerics.timesteps="individual"'])
+    costs = machine.shipped().seconds
+
+    def taken(steps):
+        counts = Counts(steps, 400.0, 800.0, "a test", tuple(np.linspace(0.0, 1.0, 51)))
+        return total(run_of_steps(scene, 500, counts, machine.shipped()).values()).processor
+
+    more = costs["individual.base"].processor + 500 * costs["individual.base.particle"].processor
+    assert more > 0.0 and taken(200.0) - taken(100.0) == pytest.approx(100.0 * more)
 
 
 def test_a_plan_says_where_outputs_multiply_the_steps():

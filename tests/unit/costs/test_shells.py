@@ -77,6 +77,13 @@ def test_base_steps_of_individual_steps_are_those_of_free_fall():
     assert whole > 100
 
 
+def test_intervals_of_base_steps_that_free_fall_cuts_are_powers_of_two_of_them():
+    """500 particles of this collapse took four intervals in each of 513 base steps; limits ask for two to three."""
+    done = course.done(load.load_file(SIMS / "core_collapse.toml", ["body.particles=500"]))
+    assert 2.0 < done.steps[-1] / done.base[-1] < 3.0
+    assert done.ends[-1] / done.base[-1] == pytest.approx(4.0, rel=0.05)
+
+
 def test_the_innermost_shell_is_what_a_particle_at_the_centre_sees():
     """500 particles of Evrard's cloud, whose density is 1/(2 pi r), saw 2.81 there at first and 271 at most."""
     scene = load.load_file(SIMS / "evrard.toml", ["body.particles=500"])
