@@ -220,7 +220,8 @@ def _relativistic_potential(body: Characteristic, options: Options) -> Found:
 def _radiation_reaction(body: Characteristic, options: Options) -> Found:
     body = _lit(body, options)
     light, compact = body.speed_of_light, body.compactness
-    assert body.mass is not None and body.moments is not None and light is not None and compact is not None
+    assert body.mass is not None and body.radius is not None and body.moments is not None
+    assert light is not None and compact is not None
     if body.pair is not None:
         share = body.end / inspiral_time(body.gravitational_constant, light, body.pair.masses, body.pair.distance)
         return compact, within_all(share)

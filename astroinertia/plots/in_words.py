@@ -191,8 +191,9 @@ def _regions(dataset: xr.Dataset) -> Table | None:
         return None
     mass, spin = dataset["region_mass"], dataset["region_rotational_to_gravitational"]
     dense, closure = dataset["region_density_max"], dataset["region_ledger_closure"]
-    rate = np.sqrt((dataset["region_angular_velocity"] ** 2).sum("i", skipna=False))
-    factors = [scale_of(unit_of(series), series.values) for series in (mass, dataset["region_angular_velocity"], dense)]
+    turning = dataset["region_angular_velocity"]
+    rate = (turning**2).sum("i", skipna=False) ** 0.5
+    factors = [scale_of(unit_of(series), series.values) for series in (mass, turning, dense)]
     rows = tuple(
         (
             str(name),

@@ -1,4 +1,4 @@
-"""The program of a worker of scale.workers: runs the members that come through a pipe, and says what came of them.
+"""The program of a worker of sweeps.workers: runs the members that come through a pipe, and says what came of them.
 
 It ends, at once or once the member under way is saved, when the pipe says so, and at once when the process at the
 other end is gone.
