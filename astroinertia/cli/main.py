@@ -136,6 +136,8 @@ def _commands() -> dict[str, Command]:
                         (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
         "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
                        f"{stop.EXIT_CODES}", (add_scene, _add_run, choice.add_arguments, *running)),
+        "warm": Command(_warm, "compile ahead what runs of a scene need", "star.toml --set body.particles=5000",
+                        (add_scene,)),
         "resume": Command(_resume, "go on with an interrupted run, or with one that has ended and is to go further",
                           f'runs/coarse --set "time.end=4 s". {stop.EXIT_CODES}', (_add_resume, *running)),
         "branch": Command(_branch, "start a run from a state of another one, with other effects or settings",
@@ -297,6 +299,22 @@ def _run(options: Options) -> int:
     with Meter(_Console(highlight=False)) as meter:
         result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun))
     return _finished(result, folder)
+
+
+def _warm(options: Options) -> int:
+    scene = _load(options)
+    from astroinertia.run.warm import warm
+
+    try:
+        with _voice("programs are compiled"):
+            compiled = warm(scene)
+    except RunInterrupted:
+        _complain(KEPT)
+        return INTERRUPTED
+    names, processor = compiled.programs, f"{compiled.processor:.1f} s of processor time"
+    _say(f"compiled {len(names)} programs{': ' if names else ''}{', '.join(names)}")
+    _say(f"took {compiled.wall:.1f} s ({processor}), {compiled.compiling:.1f} s to compile")
+    return GOOD
 
 
 def _resume(options: Options) -> int:

@@ -1,0 +1,58 @@
+"""What is compiled ahead: all that a run of the scene compiles; and nothing else is left of it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from astroinertia.cli.main import main
+from tests.sims import SIMS
+
+SETTINGS = ["body.particles=100", "body.placement=random", "numerics.precision=float64", "time.end=0.5"]
+PROGRAM = """
+import sys
+from pathlib import Path
+from numba.core import event
+from astroinertia.run.loop import run_scene
+from astroinertia.run.warm import warm
+from astroinertia.scene.load import load_file
+
+what, folder, file, *settings = sys.argv[1:]
+scene = load_file(file, settings)
+if what == "warm":
+    print(*warm(scene).programs)
+else:
+    with event.install_recorder("numba:compile") as recorder:
+        run_scene(scene, Path(folder))
+    print(*(happened.data["dispatcher"].py_func.__name__ for _, happened in recorder.buffer if happened.is_start))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_a_run_after_it_compiles_nothing(timesteps: str, tmp_path: Path) -> None:
+    kept = {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "ASTROINERTIA_CACHE": str(tmp_path / "kernels")}
+    scene = [str(SIMS / "evrard.toml"), *SETTINGS, f"numerics.timesteps={timesteps}"]
+
+    def compiled(what: str) -> list[str]:
+        command = [sys.executable, "-c", PROGRAM, what, str(tmp_path / "run"), *scene]
+        return subprocess.run(command, env=os.environ | kept, capture_output=True, text=True, check=True).stdout.split()
+
+    assert any(name.startswith("neighbour_pass") for name in compiled("warm"))
+    assert not (tmp_path / "run").exists()
+    assert compiled("run") == []
+
+
+def test_it_says_what_it_took_and_leaves_no_run(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["warm", str(SIMS / "tennis_racket.toml"), "--set", "time.max_steps=1"]) == 0
+    assert capsys.readouterr().out.startswith("compiled 0 programs\ntook ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_refuses_settings_as_a_run_does(tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["warm", str(SIMS / "tennis_racket.toml"), "--set", "body.mass=-1 kg"]) == 2
+    assert "body.mass" in capsys.readouterr().err
