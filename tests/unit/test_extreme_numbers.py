@@ -11,6 +11,7 @@ import pytest
 from astroinertia.cli import main as cli
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import load_file, loads
+from astroinertia.scene.plan import plan
 from astroinertia.storage.columns import Columns
 from astroinertia.test_problems.matter import standard
 from tests.sims import SIMS
@@ -86,6 +87,12 @@ def test_particles_of_a_flat_box_are_counted_before_they_are_placed(problem: str
     with pytest.raises(SceneError, match=r"too flat for a lattice of about \d+ particles: it would have .*e\+"):
         standard(problem).place(100, np.array([1e-9, 1.0, 0.25]), 5 / 3)
     assert len(standard(problem).place(100, np.array([1.0, 1.0, 0.25]), 5 / 3).mass) < 800
+
+
+def test_a_star_whose_law_lets_it_not_turn_at_all_is_refused_with_the_limit() -> None:
+    """j constant outside of 1e-30 km is no rotation: no period is the least."""
+    with pytest.raises(SceneError, match=r"the least axis_ratio is 1\."):
+        plan(load_file(SIMS / "core_collapse.toml", ["body.scale=1e-30 km"]))
 
 
 def test_repeated_columns_are_named() -> None:

@@ -107,9 +107,10 @@ class RotatingStarBody(Body):
             limit = ""
             if isinstance(error, NumericalError):
                 last = _last_star(self.index, self.law, scale)
+                fastest = last.angular_velocity
                 most = {
-                    "axis_ratio": last.field.axis_ratio, "period": 2.0 * math.pi / last.angular_velocity,
-                    "spin": last.angular_velocity, "breakup_fraction": last.keplerian_fraction,
+                    "axis_ratio": last.field.axis_ratio, "period": 2.0 * math.pi / fastest if fastest else math.inf,
+                    "spin": fastest, "breakup_fraction": last.keplerian_fraction,
                     "t_over_w": last.rotational_to_gravitational, "angular_momentum": last.angular_momentum,
                 }[quantity]  # fmt: skip
                 bound = "least" if quantity in ("axis_ratio", "period") else "most"
