@@ -28,9 +28,8 @@ class Shells:
     """A body at rest: masses (K,), radii (K,) of the outer edges and pressures (K,) of shells; G = 1.
 
     gamma: exponent of the pressure at first; pieces: densities, rising, and the exponents above each; thermal: exponent
-    of heat from shocks, None where matter is not heated. sink: density from which on what comes within a radius is
-    gone. turning (K,): square of the specific angular
-    momentum.
+    of heat from shocks, None where matter is not heated. turning (K,): square of the specific angular momentum. sink:
+    density from which on what comes within a radius is gone.
     """
 
     mass: np.ndarray

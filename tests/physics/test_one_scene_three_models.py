@@ -13,14 +13,8 @@ from astroinertia.scene import load
 
 SCENE = Path(__file__).parents[2] / "sims" / "one_star_three_models.toml"
 SMALL = ["body.particles=500", 'time.end="40 min"']  # to the first rebound and a little beyond
-NUMERICS = {
-    "kernel",
-    "neighbours",
-    "seed",
-    "tolerance",
-    "body_particles",
-    "resolution_warnings",
-}  # that some models have
+# Settings that only some models have.
+NUMERICS = {"kernel", "neighbours", "seed", "tolerance", "body_particles", "resolution_warnings"}
 MODELS = ("scaling", "ellipsoid", "sph")
 
 

@@ -337,6 +337,17 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     pyplot.close("all")
 
 
+def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)  # nothing is written
+    space = {"astroinertia": astroinertia}
+    shown = [code for code in blocks(SHOWN["sweeps.md"], "python") if "astroinertia.gradient" in code]
+    for code in shown:
+        exec(compile(code, "sweeps.md", "exec"), space)
+        if "answer.gradient  #" in code:
+            assert space["answer"].gradient.values == pytest.approx([-27.1647, 0.0], abs=1e-4)
+    assert len(shown) == 2 and capsys.readouterr().out == "38.9105 s\n"
+
+
 @pytest.mark.slow
 def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatch):
     monkeypatch.chdir(workplace)
