@@ -36,11 +36,11 @@ class Body:
 
     def density(self, position: np.ndarray) -> np.ndarray:
         """Density (N,) at positions (N, 3), zero outside."""
-        raise NotImplementedError(f"{type(self).__name__} gives its particles, and no density to place them by")
+        raise NotImplementedError
 
     def extent(self) -> Any:
         """Half the sides (3,) of a box about the origin that it lies in."""
-        raise NotImplementedError(f"{type(self).__name__} gives its particles, and no density to place them by")
+        raise NotImplementedError
 
     def velocity(self, position: np.ndarray) -> np.ndarray:
         """Velocities (N, 3) at positions (N, 3)."""
