@@ -72,11 +72,17 @@ def entropies(
     """The entropy function of particles, (N,), at s = r/R in the unstretched sphere or at positions in the star.
 
     What the scene gives, or that of hydrostatic equilibrium times its pressure_fraction; zero where the equation of
-    state is barotropic, for the hybrid one, whose cold part holds the body, and for materials: the coldest isentrope.
+    state is barotropic, for the hybrid one, whose cold part holds the body, and for materials without a
+    pressure_fraction: the coldest isentrope.
     """
     body = scene.body
-    if not fluid.thermal or (scene.equation_of_state is not None and scene.equation_of_state.kind == "materials"):
+    if not fluid.thermal:
         return np.zeros(len(where))
+    if scene.equation_of_state is not None and scene.equation_of_state.kind == "materials":
+        if body.pressure_fraction is None or initial is None or not {"gravity", "pressure"} <= set(scene.effects):
+            return np.zeros(len(where))
+        pressure, density = initial.hydrostatic(where)
+        return fluid.entropy_at_pressure(np, density, body.pressure_fraction * pressure)
     if scene.equation_of_state is not None and scene.equation_of_state.kind == "own":
         if "pressure" in scene.effects:
             raise SceneError(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import SceneError
-from astroinertia.matter import tillotson
+from astroinertia.matter import finite_temperature, tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.matter.tabulated import Tabulated
@@ -15,6 +15,8 @@ from astroinertia.units import CodeUnits
 
 _HOTTEST = 1e9  # J/kg, at the reference density: three times what stops two bodies that meet at 50 km/s
 _THINNEST, _DENSEST = 1e-5, 30.0  # of the reference density
+_NUCLEONS_HOTTEST = 1e16  # J/kg, a hundred MeV a nucleon: more than the shocks of a collapsing core leave
+_NUCLEONS_FINE = 1e-4  # of the hottest: labels of matter of finite temperature are densest below a hundredth of an MeV
 _STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below, tension fades with the density
 
 
@@ -47,8 +49,18 @@ def _of_tillotson(material: Material) -> Isentropes:
 
 
 def _of_file(material: Material, origin: str | None) -> Isentropes:
-    table, reference = read_equation(Path(origin or ".") / str(material.file)), material.reference_density
+    path, reference = Path(origin or ".") / str(material.file), material.reference_density
     assert reference is not None  # the schema asks for it
+    nucleons = finite_temperature.is_finite_temperature(path)
+    if nucleons != (material.electron_fraction is not None):
+        has = "needs an" if nucleons else "is no table that has an"
+        raise ValueError(f"the file of {material.name} {has} electron_fraction")
+    if nucleons:
+        hot = finite_temperature.read_finite_temperature(path, float(material.electron_fraction or 0.0))
+        table, function = hot, hot.function()
+    else:
+        plain = read_equation(path)
+        table, function = plain, plain.function(material.tension)
     low, high = table.density[0], table.density[-1]
     if not low <= reference <= high:
         raise ValueError(f"the reference_density of {material.name} is outside the densities of its file")
@@ -56,6 +68,7 @@ def _of_file(material: Material, origin: str | None) -> Isentropes:
     hottest = material.hottest or table.hottest(reference) - coldest
     least = max(low, _STRETCHED * reference) if material.tension else low
     scale = hottest / 100  # labels are densest below
-    return isentropes(
-        material.name, table.function(material.tension), reference, scale, (least, high), hottest, coldest
-    )
+    if nucleons:
+        hottest = material.hottest or min(hottest, _NUCLEONS_HOTTEST)
+        scale = hottest * _NUCLEONS_FINE
+    return isentropes(material.name, function, reference, scale, (least, high), hottest, coldest)

@@ -279,13 +279,20 @@ class Tabulated:
 
     def entropy(self, xp, rho, u):
         """A of matter with specific internal energy u, (N,); matter colder than the coldest isentrope has none."""
+        return self._label(xp, rho, lambda A: self.energy(xp, rho, A) < u)
+
+    def entropy_at_pressure(self, xp, rho, P):
+        """A of matter with the pressure P, (N,); none where the coldest isentrope has more."""
+        return self._label(xp, rho, lambda A: self.pressure(xp, rho, A) < P)
+
+    def _label(self, xp, rho, colder):
         scales, greatest = self.numbers[2::NUMBERS], self.numbers[3::NUMBERS]
         scale = xp.min(scales)
         low = xp.zeros_like(rho)
         high = low + xp.log(1.0 + _BEYOND * xp.max(greatest) / scale)
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
-            less = self.energy(xp, rho, scale * (xp.exp(middle) - 1.0)) < u
+            less = colder(scale * (xp.exp(middle) - 1.0))
             low, high = xp.where(less, middle, low), xp.where(less, high, middle)
         return scale * (xp.exp(0.5 * (low + high)) - 1.0)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from astroinertia.effects.entries import Entry
@@ -231,7 +232,7 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
         if name == "kind":
             continue
         if name == "materials":
-            lines += [Line(row.name, row.tillotson or row.file, _material(row)) for row in value]
+            lines += [Line(row.name, row.tillotson or row.file, _material(scene, row)) for row in value]
             continue
         quantity = quantity_of_field(type(chosen).model_fields[name])
         dimension = "dimensionless" if quantity is None else quantity.dimension
@@ -245,8 +246,13 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     return tuple(lines)
 
 
-def _material(material: Material) -> str:
+def _material(scene: Scene, material: Material) -> str:
     pulled = "can be pulled" if material.tension else "no tension"
+    if material.electron_fraction is not None:
+        from astroinertia.matter.finite_temperature import read_finite_temperature  # with JAX, as its runs
+
+        path = Path(scene.origin or ".") / str(material.file)
+        return read_finite_temperature(path, material.electron_fraction).description
     return f"{'table' if material.tillotson is None else 'Tillotson'}, {pulled}"
 
 

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from astroinertia.scene.dimensional import Density, SpecificEnergy
+from astroinertia.scene.dimensional import Density, Real, SpecificEnergy
 from astroinertia.scene.fluids import Fluid, Part, as_tuple
 
 
@@ -19,7 +19,11 @@ class Material(Part):
     )
     file: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
         default=None,
-        description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI",
+        description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI; or "
+        "one over density, temperature and electron fraction in the HDF5 layout of stellarcollapse.org",
+    )
+    electron_fraction: Annotated[Real, Field(gt=0.0, le=1.0)] | None = Field(
+        default=None, description="of a table over electron fractions: that of this material, electrons a nucleon"
     )
     reference_density: Density | None = Field(
         default=None, description="with a file: the density at which isentropes are distinguished by their energy"
@@ -35,6 +39,10 @@ class Material(Part):
             raise ValueError("needs exactly one of tillotson and file.")
         if (self.file is None) != (self.reference_density is None):
             raise ValueError("needs a reference_density with a file, and none with tillotson.")
+        if self.file is None and self.electron_fraction is not None:
+            raise ValueError("needs an electron_fraction only with a file of such a table.")
+        if self.tension and self.electron_fraction is not None:
+            raise ValueError("cannot be pulled with an electron_fraction: no tension.")
         return self
 
 
