@@ -10,8 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from scipy.linalg import solve_banded
 
@@ -43,7 +41,7 @@ def isentropes(
     densities: tuple[float, float], greatest_energy: float, coldest: float = 0.0,
     nodes: tuple[int, int] = (DENSITIES, LABELS),
 ) -> Isentropes:  # fmt: skip
-    """The isentropes of matter with pressure(rho, u), a function for jax.numpy.
+    """The isentropes of matter with pressure(rho, u), of a density and of energies (labels,).
 
     The labels reach from 0, which is the energy `coldest` at the reference density, to greatest_energy, and are densest
     below energy_scale; the table spans `densities`, about. ValueError where isentropes meet or leave the numbers.
@@ -54,9 +52,8 @@ def isentropes(
     below = min(max(round((reference - low) / step), 0), count - 1)
     width = np.log1p(greatest_energy / energy_scale) / (labels - 1)
     start = coldest + energy_scale * np.expm1(width * np.arange(labels))
-    with jax.enable_x64(True):
-        up = _integrated(pressure, reference, step, start, count - 1 - below)
-        down = _integrated(pressure, reference, -step, start, below)
+    up = integrated(pressure, reference, step, start, count - 1 - below)
+    down = integrated(pressure, reference, -step, start, below)
     energy = np.concatenate([down[::-1], start[None], up])
     if not np.isfinite(energy).all():
         raise ValueError(f"equation of state {name}: isentropes leave the numbers between its densities")
@@ -65,27 +62,25 @@ def isentropes(
     return Isentropes(name, reference - below * step, step, energy_scale, width, energy, below)
 
 
-def _integrated(pressure: Callable, x: float, step: float, start: np.ndarray, count: int) -> np.ndarray:
+def integrated(pressure: Callable, x: float, step: float, start: np.ndarray, count: int) -> np.ndarray:
+    """The energies (count, labels) of isentropes at so many steps of x = ln rho from x, where they are start (labels,)."""
     h = step / _SUBSTEPS
 
-    def slope(x: Array, u: Array) -> Array:
-        rho = jnp.exp(x)
+    def slope(x: float, u: np.ndarray) -> np.ndarray:
+        rho = np.exp(x)
         return pressure(rho, u) / rho
 
-    def substep(carried: tuple, _: None) -> tuple:
-        x, u = carried
-        one = slope(x, u)
-        two = slope(x + h / 2, u + h / 2 * one)
-        three = slope(x + h / 2, u + h / 2 * two)
-        four = slope(x + h, u + h * three)
-        return (x + h, u + h / 6 * (one + 2 * two + 2 * three + four)), None
-
-    def node(carried: tuple, _: None) -> tuple:
-        carried, _ = jax.lax.scan(substep, carried, length=_SUBSTEPS)
-        return carried, carried[1]
-
-    begun = (jnp.asarray(x, dtype=float), jnp.asarray(start, dtype=float))
-    return np.asarray(jax.jit(lambda: jax.lax.scan(node, begun, length=count)[1])())
+    u, energy = start, np.empty((count, len(start)))
+    with np.errstate(all="ignore"):
+        for row in range(count):
+            for _ in range(_SUBSTEPS):
+                one = slope(x, u)
+                two = slope(x + h / 2, u + h / 2 * one)
+                three = slope(x + h / 2, u + h / 2 * two)
+                four = slope(x + h, u + h * three)
+                x, u = x + h, u + h / 6 * (one + 2 * two + 2 * three + four)
+            energy[row] = u
+    return energy
 
 
 def tabulated(

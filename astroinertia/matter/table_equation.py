@@ -11,7 +11,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.errors import SceneError
@@ -40,21 +39,21 @@ class TableEquation:
         return float(np.interp(np.log(density), np.log(self.density), self.energy[:, -1]))
 
     def function(self, tension: bool) -> Callable[[Array, Array], Array]:
-        """P of densities and energies of one shape (N,) or numbers, for jax.numpy; without tension none below zero."""
+        """P of a density and energies (N,), or a number; without tension none below zero."""
 
         def pressure(rho: Array, u: Array) -> Array:
-            x, nodes = jnp.log(rho), jnp.log(self.density)
-            row = jnp.clip(jnp.searchsorted(nodes, x, side="right") - 1, 0, len(self.density) - 2)
+            x, nodes = np.log(rho), np.log(self.density)
+            row = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(self.density) - 2)
             share = (x - nodes[row]) / (nodes[row + 1] - nodes[row])
             below, above = (self._along(row + k, u) for k in (0, 1))
             between = (1 - share) * below + share * above
-            return between if tension else jnp.maximum(between, 0.0)
+            return between if tension else np.maximum(between, 0.0)
 
         return pressure
 
     def _along(self, row: Array, u: Array) -> Array:
-        energies, pressures = jnp.asarray(self.energy)[row], jnp.asarray(self.pressure)[row]
-        cell = jnp.clip(jnp.searchsorted(energies, u, side="right") - 1, 0, self.energy.shape[1] - 2)
+        energies, pressures = self.energy[row], self.pressure[row]
+        cell = np.clip(np.searchsorted(energies, u, side="right") - 1, 0, self.energy.shape[1] - 2)
         share = (u - energies[cell]) / (energies[cell + 1] - energies[cell])
         return (1 - share) * pressures[cell] + share * pressures[cell + 1]
 

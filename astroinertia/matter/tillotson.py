@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines.pytree import pytree
-from astroinertia.matter.planetary import inverted
+from astroinertia.inertia.tensor import namespace
 
 Array = Any
 
@@ -67,25 +65,30 @@ class Tillotson:
         apart, and isentropes that do not run together there.
         """
         condensed, vapour, share = self._phases(density, energy)
-        return share * jnp.maximum(vapour, 0.0) + (1 - share) * jnp.maximum(condensed, 0.0)
+        xp = namespace(condensed, vapour)
+        return share * xp.maximum(vapour, 0.0) + (1 - share) * xp.maximum(condensed, 0.0)
 
     def _phases(self, density: Array, energy: Array) -> tuple[Array, Array, Array]:
         """Pressure of condensed matter and of vapour, and the share of vapour."""
+        xp = namespace(density, energy, *vars(self).values())
         eta = density / self.reference_density
         mu = eta - 1
         thermal = self.b * density * energy / (energy / (self.energy_scale * eta**2) + 1)
         condensed = self.a * density * energy + thermal + self.linear * mu + self.quadratic * mu**2
-        stretch = jnp.maximum(1 / eta - 1, 0.0)
-        cold_part = self.linear * mu * jnp.exp(-self.beta * stretch)
-        vapour = self.a * density * energy + (thermal + cold_part) * jnp.exp(-self.alpha * stretch**2)
+        stretch = xp.maximum(1 / eta - 1, 0.0)
+        cold_part = self.linear * mu * xp.exp(-self.beta * stretch)
+        vapour = self.a * density * energy + (thermal + cold_part) * xp.exp(-self.alpha * stretch**2)
         share = (energy - self.incipient_vaporisation) / (self.complete_vaporisation - self.incipient_vaporisation)
-        return condensed, vapour, jnp.where(eta < 1, jnp.clip(share, 0.0, 1.0), 0.0)
+        return condensed, vapour, xp.where(eta < 1, xp.clip(share, 0.0, 1.0), 0.0)
 
     def energy(self, density: Array) -> Array:
         """The energy of the cold curve, dE/d rho = P(rho, E)/rho^2 with E = 0 at the reference density.
 
         Picard's iteration of its collocation in ln rho, which converges like a factorial.
         """
+        import jax  # which pressure_at does without
+        import jax.numpy as jnp
+
         nodes, to_nodes, to_end = _integrals()
         width = jnp.log(jnp.asarray(density, dtype=float) / self.reference_density)[..., None]
         rho = self.reference_density * jnp.exp(width * nodes)
@@ -105,6 +108,8 @@ class Tillotson:
 
     def density(self, pressure: Array) -> Array:
         """Density at a pressure on the cold curve, by Newton's method."""
+        from astroinertia.matter.planetary import inverted  # with JAX
+
         return inverted(self, pressure)
 
 
