@@ -1,17 +1,22 @@
 """The materials of a scene: their tables of isentropes, made once."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.matter import finite_temperature, tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
-from astroinertia.matter.tabulated import Tabulated
 from astroinertia.scene.fluid_kinds.materials import Material, Materials
 from astroinertia.units import CodeUnits
+
+if TYPE_CHECKING:
+    from astroinertia.matter.tabulated import Tabulated
 
 _HOTTEST = 1e9  # J/kg, at the reference density: three times what stops two bodies that meet at 50 km/s
 _THINNEST, _DENSEST = 1e-5, 30.0  # of the reference density
@@ -20,7 +25,7 @@ _NUCLEONS_FINE = 1e-4  # of the hottest: labels of matter of finite temperature 
 _STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below, tension fades with the density
 
 
-def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulated:
+def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> "Tabulated":
     """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
     listed: tuple[Any, ...] = fluid.materials
     tables = [_table(material, origin) for material in listed]
@@ -28,27 +33,51 @@ def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> Tabulat
     return replace(made, condensed=any(material.tillotson is not None for material in listed))
 
 
+class Equation(NamedTuple):
+    """A material's P(rho, u) as isentropes() take it, in SI; the coldest isentrope has `coldest` at the reference."""
+
+    pressure: Callable[[float, np.ndarray], np.ndarray]
+    reference_density: float
+    energy_scale: float
+    densities: tuple[float, float]
+    greatest_energy: float
+    coldest: float = 0.0
+
+
 @lru_cache(maxsize=16)
 def _table(material: Material, origin: str | None) -> Isentropes:
+    made = equation(material, origin)
+    try:
+        return isentropes(material.name, *made)
+    except ValueError as error:
+        raise _refused(error) from None
+
+
+def equation(material: Material, origin: str | None) -> Equation:
+    """The equation of a material; its file is relative to `origin`."""
     try:
         return _of_file(material, origin) if material.tillotson is None else _of_tillotson(material)
     except ValueError as error:
-        raise SceneError(f"[equation_of_state] materials: {error}.") from None
+        raise _refused(error) from None
 
 
-def _of_tillotson(material: Material) -> Isentropes:
+def _refused(error: ValueError) -> SceneError:
+    return SceneError(f"[equation_of_state] materials: {error}.")
+
+
+def _of_tillotson(material: Material) -> Equation:
     matter: Any = getattr(tillotson, str(material.tillotson).upper())
     least, pressure = _THINNEST, matter.fluid_pressure_at
     if material.tension:
         least, pressure = _STRETCHED, matter.pressure_at
     reference = matter.reference_density
-    return isentropes(
-        material.name, pressure, reference, matter.incipient_vaporisation, (least * reference, _DENSEST * reference),
+    return Equation(
+        pressure, reference, matter.incipient_vaporisation, (least * reference, _DENSEST * reference),
         material.hottest or _HOTTEST,
     )  # fmt: skip
 
 
-def _of_file(material: Material, origin: str | None) -> Isentropes:
+def _of_file(material: Material, origin: str | None) -> Equation:
     path, reference = Path(origin or ".") / str(material.file), material.reference_density
     assert reference is not None  # the schema asks for it
     nucleons = finite_temperature.is_finite_temperature(path)
@@ -71,4 +100,4 @@ def _of_file(material: Material, origin: str | None) -> Isentropes:
     if nucleons:
         hottest = material.hottest or min(hottest, _NUCLEONS_HOTTEST)
         scale = hottest * _NUCLEONS_FINE
-    return isentropes(material.name, function, reference, scale, (least, high), hottest, coldest)
+    return Equation(function, reference, scale, (least, high), hottest, coldest)

@@ -3,8 +3,8 @@
 Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 (gravity, pressure, spin), with what the
 profile says of W, H and S; its steps are those of the densest particles. What falls together against pressure is
 followed as shells instead (costs.shells), to its bounce and beyond, standard problems by their exact flows
-(costs.flows). That is exact of neither shocks nor shapes: a pilot run (costs.pilot) counts.
-Tests: tests/unit/costs/test_costs.py.
+(costs.flows); planets of layers rest (costs.planets). That is exact of neither shocks nor shapes: a pilot run
+(costs.pilot) counts. Tests: tests/unit/costs/test_costs.py.
 """
 
 import math
@@ -14,12 +14,15 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from astroinertia.build import spheres
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
-from astroinertia.costs.limits import USUAL, Limits
+from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
+from astroinertia.scene.body_kinds.layered import LayeredBody
+from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.plan import code_units, smoothing
@@ -35,8 +38,10 @@ STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapse
 LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
 STILL = 1e-30  # a signal, below which nothing is
 NOTICED = 1e-3  # of a cooling time, a change that makes moments dense
+MIDDLES = 200  # of shells of equal mass, over which means are taken
 HALVINGS = 60  # in which a size is looked for
 FARTHEST = 1e30  # the largest size, whose powers are still numbers
+STIRRED = 0.25  # of the greatest viscosity: as long as that are steps of planets that have met (sims/giant_impact.toml)
 SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its shocks, at least (virial: a half)
 
 
@@ -100,18 +105,34 @@ class Done:
 
 def done(scene: Scene) -> Done | None:
     """The steps of a run; of several bodies those of the one that takes most, None where one's are not known."""
-    counts = [_done_of(alone) for alone in scene.alone()]
+    stirred = _planets_meet(scene)
+    counts = [_done_of(alone, stirred) for alone in scene.alone()]
     estimates = [count for count in counts if count is not None]
     if len(estimates) < len(counts):
         return None
     return max(estimates, key=lambda count: count.steps[-1])
 
 
-def _done_of(scene: Scene) -> Done | None:
+def _planets_meet(scene: Scene) -> bool:
+    """Whether two planets are on an orbit on which they touch."""
+    if scene.orbit is None or not all(isinstance(body, LayeredBody) for body in scene.bodies):
+        return False
+    found = [_planet(alone) for alone in scene.alone()]
+    reach = math.fsum(planet.radius for planet in found if planet is not None)
+    return code_units(scene).to_code(scene.orbit.pericentre, "length") < reach
+
+
+def _planet(scene: Scene) -> Any:
+    from astroinertia.costs.planets import planet  # with its matter, which other bodies do without
+
+    return planet(scene)
+
+
+def _done_of(scene: Scene, stirred: bool) -> Done | None:
     units, numerics = code_units(scene), scene.numerics
     end = float(units.to_code(scene.time.end, "time"))
     try:
-        limits = flows.limits(scene, end) if isinstance(scene.body, StandardBody) else _limits(scene, end)
+        limits = flows.limits(scene, end) if isinstance(scene.body, StandardBody) else _limits(scene, end, stirred)
     except AstroinertiaError:
         return None
     times = limits.times
@@ -134,11 +155,13 @@ def _done_of(scene: Scene) -> Done | None:
     return Done(counted(step), counted(base), counted(interval))
 
 
-def _limits(scene: Scene, end: float) -> Limits:
+def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     """The limits of a body as a sphere or as shells; up to no time where nothing is known of it."""
     body: Any = scene.body
-    if body.profile() is None or body.particles is None:
-        return Limits(np.zeros(1), np.ones(1), np.ones(1))
+    if isinstance(body, LayeredBody):
+        return _limits_of_planet(scene, end, stirred)
+    if _initial(scene) is None or body.particles is None:
+        return NOT_KNOWN
     sphere = sphere_of(scene)
     if sphere.settled:
         times, sizes = contraction(sphere, end)
@@ -154,19 +177,27 @@ def _limits(scene: Scene, end: float) -> Limits:
     return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest)
 
 
+def _initial(scene: Scene) -> spheres.Sphere | None:
+    """The sphere that its body is before axes stretch it, in code units; None where that has no profile."""
+    if isinstance(scene.body, ProfileBody):
+        return spheres.progenitor(scene, code_units(scene))
+    return None if scene.body.profile() is None else spheres.stretched(scene, code_units(scene))
+
+
 def sphere_of(scene: Scene) -> Sphere:
-    """The body of a scene as a sphere of the same volume."""
-    units = code_units(scene)
+    """The body of a scene, which has a profile, as a sphere of the same volume."""
+    units, initial = code_units(scene), _initial(scene)
+    assert initial is not None
     body: Any = scene.body
-    profile = body.profile()
-    mass = float(units.to_code(body.mass, "mass"))
-    size = float(units.to_code(body.radius, "length")) * body.volume_ratio ** (1.0 / 3.0)
+    profile, mass = initial.profile, float(initial.mass)
+    size = float(initial.radius) * body.volume_ratio ** (1.0 / 3.0)
     if getattr(body, "quickly_known", False):  # its outer parts are thin: a sphere that is as dense in the middle
         greatest = float(body.equilibrium(units.gravitational_constant).max_density)
         size = (float(profile.density(np.array(0.0))) * mass / float(units.to_code(greatest, "density"))) ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
     seen = 0.5 * min(1.0, smoothing(scene)[1] / body.particles)  # of the mass: what the innermost kernel is full of
     densest, outer = profile.density(profile.radius(np.array([seen, USUAL]))) * mass / size**3
+    fraction = body.pressure_fraction or 1.0
     has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
     weight = abs(profile.gravitational_energy) * mass / size / square
     weight = weight if math.isfinite(weight) else mass / size**3
@@ -174,7 +205,8 @@ def sphere_of(scene: Scene) -> Sphere:
     gamma = MONATOMIC if fluid is None else fluid.first_gamma
     if fluid is not None and fluid.thermal_gamma and (body.specific_internal_energy or body.entropy) is not None:
         gamma = fluid.thermal_gamma  # what is hot holds it up
-    spin = _spin(scene)
+    shells_at = profile.radius((np.arange(MIDDLES) + 0.5) / MIDDLES)
+    spin = float(np.average(_spin(scene, initial, shells_at), weights=shells_at**2))
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
@@ -182,12 +214,15 @@ def sphere_of(scene: Scene) -> Sphere:
     elif body.specific_internal_energy is not None:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
-    elif (constant := _stated_constant(scene, gamma)) is not None:
+    elif (constant := _stated_constant(scene, initial, gamma)) is not None:
         central = float(profile.density(np.array(0.0))) * mass / size**3
         sound = math.sqrt(gamma * constant * central ** (gamma - 1.0))
-        heat = 3.0 * constant * _mean_power(profile, mass / size**3, gamma - 1.0) / square
+        heat = 3.0 * constant * np.mean((profile.density(shells_at) * mass / size**3) ** (gamma - 1.0)) / square
+    elif initial.tabulated is not None:
+        pressure, density = initial.tabulated(shells_at)
+        ratio = fraction * pressure / density
+        heat, sound = 3.0 * float(ratio.mean()) / square, math.sqrt(gamma * ratio[0])
     else:
-        fraction = body.pressure_fraction or 1.0
         heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
     alone = body.expansion(mass, size), body.homologous
@@ -222,6 +257,22 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
     return Limits(times, np.array([limits.min() for limits in every]), np.array(usual), np.array(longest))
 
 
+def _limits_of_planet(scene: Scene, end: float, stirred: bool) -> Limits:
+    """The limits of a planet in balance, or that another one meets and stirs; up to no time where it finds none."""
+    body: Any = scene.body
+    found = _planet(scene) if {"gravity", "pressure"} <= set(scene.effects) else None
+    if found is None or body.particles is None:
+        return NOT_KNOWN
+    viscosity: Any = scene.effects.get("viscosity")
+    alpha = 0.0 if viscosity is None or not stirred else STIRRED * viscosity["alpha_max"]
+    length = smoothing(scene)[0] * (found.mass.sum() / body.particles / found.density) ** (1.0 / 3.0)
+    limits = _allowed(scene, found.density, length, (1.0 + alpha) * found.sound, 0.0)
+    limits = found.agreed(limits, KERNELS[scene.numerics.kernel].support * length)
+    shortest, usual = np.interp([0.0, USUAL], *_sorted(limits, found.mass))
+    longest = (scene.numerics.free_fall_factor or math.inf) / math.sqrt(found.density.max())
+    return Limits(np.array([0.0, end]), np.full(2, shortest), np.full(2, usual), np.full(2, longest))
+
+
 def _sorted(limits: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shares of the mass that has no longer limit, (K,), and those limits, which rise."""
     order = np.argsort(limits)
@@ -229,7 +280,8 @@ def _sorted(limits: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
-    units = code_units(scene)
+    units, initial = code_units(scene), _initial(scene)
+    assert initial is not None
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
     total = sphere.particle_mass * body.particles
@@ -237,18 +289,21 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     seen = smoothing(scene)[0] ** 3 / KERNELS[scene.numerics.kernel].w(np, 0.0) / body.particles
     steep = max(1.0, math.log(seen) / math.log(1.0 / shells.SHELLS))
     within = np.linspace(0.0, 1.0, shells.SHELLS + 1)[1:] ** min(steep, 3.0)
-    radius = sphere.size * body.profile().radius(within)
+    places = initial.profile.radius(within)
+    radius = sphere.size * places
     mass = total * np.diff(within, prepend=0.0)
     density = mass / (4.0 / 3.0 * math.pi * np.diff(radius**3, prepend=0.0))
-    constant = _stated_constant(scene, sphere.gamma)
+    constant = _stated_constant(scene, initial, sphere.gamma)
     if constant is None and getattr(fluid, "constant", None) is not None:  # the one that the body's centre has
-        central = float(body.profile().density(np.array(0.0))) * total / sphere.size**3
+        central = float(initial.profile.density(np.array(0.0))) * total / sphere.size**3
         constant = sphere.sound**2 / (sphere.gamma * central ** (sphere.gamma - 1.0))
     if body.specific_internal_energy is not None:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         pressure = (sphere.gamma - 1.0) * energy * density
     elif constant is not None:
         pressure = constant * density**sphere.gamma
+    elif initial.tabulated is not None:
+        pressure = (body.pressure_fraction or 1.0) * initial.tabulated(places)[0]
     else:
         pressure = (body.pressure_fraction or 1.0) * body.support * shells.in_balance(mass, radius)
     stiffer = () if fluid is None else fluid.pieces
@@ -257,19 +312,35 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     sinks, sink = scene.effects.get("sinks"), None
     if sinks is not None:
         sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
-    return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, sphere.spin * radius**4, sink)
+    turning = (0.0 if body.spin is body else _spin(scene, initial, places)) * radius**4
+    return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink)
 
 
-def _stated_constant(scene: Scene, gamma: float) -> float | None:
-    """K of P = K rho^gamma in code units, where the matter or the body of one entropy states it; None elsewhere."""
+def _stated_constant(scene: Scene, initial: spheres.Sphere, gamma: float) -> float | None:
+    """K of P = K rho^gamma in code units, where the matter, the body of one entropy or a star's table states it; None
+    elsewhere.
+    """
     body: Any = scene.body
     stated = getattr(scene.equation_of_state, "constant", None)
     if isinstance(stated, float):
         return float(code_units(scene).to_code(stated, pressure_constant_dimension(gamma)))
+    if stated is not None and initial.tabulated is not None:
+        pressure, density = initial.densest()
+        return (body.pressure_fraction or 1.0) * pressure / density**gamma
     return float(body.entropy) if body.entropy is not None and body.isentropic else None
 
 
-def _spin(scene: Scene) -> float:
+def _spin(scene: Scene, initial: spheres.Sphere, s: np.ndarray) -> np.ndarray:
+    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius."""
+    units = code_units(scene)
+    body: Any = scene.body
+    if initial.shells is not None and body.rotation is None and initial.shells.angular_velocity is not None:
+        rate = initial.shells.at(units.to_code(initial.shells.angular_velocity, "angular_velocity"), s)
+        return 2.0 / 3.0 * (body.rotation_factor * rate) ** 2
+    return np.full_like(s, _uniform_spin(scene))
+
+
+def _uniform_spin(scene: Scene) -> float:
     rotation: Any = scene.body.rotation
     if rotation is None:
         return 0.0
@@ -290,12 +361,6 @@ def _cooling(scene: Scene) -> tuple[float, float]:
     if options.get("law") != "time_scale" or options["heating_rate"] or options["floor"]:
         return math.inf, 0.0
     return float(code_units(scene).to_code(options["time_scale"], "time")), options["time_scale_change"] or 0.0
-
-
-def _mean_power(profile: Profile, unit: float, power: float) -> float:
-    """The mean over the mass of density^power, where the mean density of mass 1 in size 1 is that unit."""
-    shells = profile.radius((np.arange(200) + 0.5) / 200)
-    return float(np.mean((profile.density(shells) * unit) ** power))
 
 
 def _central_sound(profile: Profile, unit: float, gamma: float) -> float:

@@ -16,6 +16,9 @@ FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 SHARES = 50  # equal parts of a run's time, after which it is known how much of its work is done
+ACCURACY = (
+    0.05  # relative, of the number of steps from one time to the next: it is one more where that is just too much
+)
 # Intervals in powers of two of any base step over what their limits ask for, less a margin of 5 %, on average.
 ROUNDED = 1.0 / (0.95 * math.log(2.0))
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
@@ -48,11 +51,11 @@ class Counts:
     def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
 
-        From one time to the next it takes half a step more, as steps are rounded up, or one where they are longer.
+        From one time to the next steps are rounded up to a whole number: by a half, or to one where they are longer.
         """
         own, work, ends = (count * np.diff(self.done) for count in (self.steps, self.evaluations, self.ends))
         apart = times / SHARES
-        steps = own + np.maximum(0.5 * apart, apart - own)
+        steps = own + apart * (rounded_up(own / apart) - own / apart)
         within, met = self.ends - self.steps, steps
         if within > 0.0:
             # A base step that ends elsewhere is still divided in powers of two.
@@ -63,6 +66,17 @@ class Counts:
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
         return Counts(float(steps.sum()), float(work.sum()), float(met.sum()), self.by, done)
+
+
+def rounded_up(steps: np.ndarray) -> np.ndarray:
+    """The least whole number (K,) that is not less, in the mean over what steps (K,) may be within their accuracy."""
+
+    def integral(x: np.ndarray) -> np.ndarray:
+        return (np.floor(x) + 1.0) * (x - 0.5 * np.floor(x))
+
+    width = 2.0 * ACCURACY * steps
+    spread = integral((1.0 + ACCURACY) * steps) - integral((1.0 - ACCURACY) * steps)
+    return np.where(width > 0.0, spread / np.where(width > 0.0, width, 1.0), 1.0)
 
 
 def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

@@ -15,3 +15,7 @@ class Limits:
     shortest: np.ndarray
     usual: np.ndarray
     longest: np.ndarray | float = np.inf
+
+
+NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones(1))
+"""Of what nothing is known: limits up to no time."""

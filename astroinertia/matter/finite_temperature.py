@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -61,11 +60,11 @@ class TemperatureTable:
 
     def coldest(self, density: float) -> float:
         """The least energy at a density, of the table."""
-        return float(self._rows(np, np.log(density))[0][0])
+        return float(self._rows(np.log(density))[0][0])
 
     def hottest(self, density: float) -> float:
         """The greatest."""
-        return float(self._rows(np, np.log(density))[0][-1])
+        return float(self._rows(np.log(density))[0][-1])
 
     @property
     def description(self) -> str:
@@ -78,20 +77,20 @@ class TemperatureTable:
         return f"table, {limits}{self.temperature[-1]:.3g} MeV; {exact}"
 
     def function(self) -> Callable[[Array, Array], Array]:
-        """P of a density, a number, and energies (N,), for jax.numpy."""
+        """P of a density, a number, and energies (N,)."""
 
         def pressure(rho: Array, u: Array) -> Array:
-            energies, pressures = self._rows(jnp, jnp.log(rho))
-            slopes = _differences(jnp, pressures) / _differences(jnp, energies)
-            cell = jnp.clip(jnp.searchsorted(energies, u, side="right") - 1, 0, len(self.temperature) - 2)
+            energies, pressures = self._rows(np.log(rho))
+            slopes = _differences(pressures) / _differences(energies)
+            cell = np.clip(np.searchsorted(energies, u, side="right") - 1, 0, len(self.temperature) - 2)
             width = energies[cell + 1] - energies[cell]
-            t = jnp.clip((u - energies[cell]) / width, 0.0, 1.0)
+            t = np.clip((u - energies[cell]) / width, 0.0, 1.0)
             value = (
                 (1.0 + 2.0 * t) * (1.0 - t) ** 2 * pressures[cell]
                 + t**2 * (3.0 - 2.0 * t) * pressures[cell + 1]
                 + width * t * (1.0 - t) * ((1.0 - t) * slopes[cell] - t * slopes[cell + 1])
             )
-            return value + slopes[-1] * jnp.maximum(u - energies[-1], 0.0)
+            return value + slopes[-1] * np.maximum(u - energies[-1], 0.0)
 
         return pressure
 
@@ -103,12 +102,12 @@ class TemperatureTable:
         off = np.abs((self.energy + self.shift) * by_density / work - 1.0 + rise)[1:-1, 1:-1]
         return Maxwell(*(float(np.quantile(off, share)) for share in (0.5, 0.99, 1.0)))
 
-    def _rows(self, xp: Any, x: Array) -> tuple[Array, Array]:
+    def _rows(self, x: Array) -> tuple[Array, Array]:
         """u and P at one ln rho and all temperatures, (m,)."""
-        first, weight = _four(xp, np.log(self.density), x)
+        first, weight = _four(np.log(self.density), x)
         near = first + np.arange(4)
-        energies, pressures = xp.asarray(self.energy)[near], xp.asarray(self.pressure)[near]
-        return xp.exp(weight @ xp.log(energies + self.shift)) - self.shift, xp.exp(weight @ xp.log(pressures))
+        energies, pressures = self.energy[near], self.pressure[near]
+        return np.exp(weight @ np.log(energies + self.shift)) - self.shift, np.exp(weight @ np.log(pressures))
 
 
 def is_finite_temperature(path: Path) -> bool:
@@ -141,7 +140,7 @@ def read_finite_temperature(path: Path, electron_fraction: float) -> Temperature
         low, high = fractions[0], fractions[-1]
         if not low <= electron_fraction <= high:
             raise SceneError(f"{name} has electron fractions from {low:.4g} to {high:.4g}, not {electron_fraction:.4g}")
-        first, weight = _four(np, fractions, electron_fraction)
+        first, weight = _four(fractions, electron_fraction)
         planes = [np.asarray(found[key][0][first : first + 4], dtype=float) for key in FIELDS]
     for key, values in zip(FIELDS, planes, strict=True):
         size = _LARGEST if key.startswith("log") else np.inf
@@ -193,20 +192,20 @@ def _rising(name: str, table: TemperatureTable) -> TemperatureTable:
     return TemperatureTable(table.density, table.temperature, table.pressure, energy, table.entropy, table.shift)
 
 
-def _four(xp: Any, nodes: np.ndarray, x: Array) -> tuple[Array, Array]:
+def _four(nodes: np.ndarray, x: Array) -> tuple[Array, Array]:
     """The first of the four nodes around x, and the weights of the cubic through them, (4,)."""
-    index = xp.clip(xp.searchsorted(xp.asarray(nodes), x, side="right") - 2, 0, len(nodes) - 4)
-    near = xp.asarray(nodes)[index + np.arange(4)]
+    index = np.clip(np.searchsorted(nodes, x, side="right") - 2, 0, len(nodes) - 4)
+    near = nodes[index + np.arange(4)]
     weights = []
     for k in range(4):
         others = [j for j in range(4) if j != k]
-        weights.append(xp.prod(xp.stack([(x - near[j]) / (near[k] - near[j]) for j in others])))
-    return index, xp.stack(weights)
+        weights.append(np.prod(np.stack([(x - near[j]) / (near[k] - near[j]) for j in others])))
+    return index, np.stack(weights)
 
 
-def _differences(xp: Any, values: Array) -> Array:
+def _differences(values: Array) -> Array:
     """Differences along a row in steps of nodes: central, and at its ends one-sided of second order."""
     inner = 0.5 * (values[2:] - values[:-2])
     first = -1.5 * values[0] + 2.0 * values[1] - 0.5 * values[2]
     last = 1.5 * values[-1] - 2.0 * values[-2] + 0.5 * values[-3]
-    return xp.concatenate([first[None], inner, last[None]])
+    return np.concatenate([first[None], inner, last[None]])

@@ -8,12 +8,13 @@ Tests: tests/unit/matter/test_tabulated.py.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import solve_banded
 
-from astroinertia.matter.tabulated import MOST_LABELS, NUMBERS, Tabulated
+if TYPE_CHECKING:
+    from astroinertia.matter.tabulated import Tabulated
 
 Array = Any
 DENSITIES, LABELS = 1536, 160  # nodes of a table: steps of 1% in density over fifteen e-foldings
@@ -63,7 +64,7 @@ def isentropes(
 
 
 def integrated(pressure: Callable, x: float, step: float, start: np.ndarray, count: int) -> np.ndarray:
-    """The energies (count, labels) of isentropes at so many steps of x = ln rho from x, where they are start (labels,)."""
+    """Energies (count, labels) of isentropes at so many steps of ln rho from x, where they are start (labels,)."""
     h = step / _SUBSTEPS
 
     def slope(x: float, u: np.ndarray) -> np.ndarray:
@@ -85,8 +86,10 @@ def integrated(pressure: Callable, x: float, step: float, start: np.ndarray, cou
 
 def tabulated(
     materials: Sequence[Isentropes], density_unit: float = 1.0, energy_unit: float = 1.0, sound_floor=_SOUND_FLOOR
-) -> Tabulated:
+) -> "Tabulated":
     """The equation of state of materials with tables of one size, in units of that many kg/m^3 and J/kg."""
+    from astroinertia.matter.tabulated import MOST_LABELS, NUMBERS, Tabulated  # with numba, which isentropes need not
+
     tables, numbers = [], []
     for grid in materials:
         table = spline_coefficients(spline_coefficients(grid.energy).T).T

@@ -69,8 +69,12 @@ class RotatingStarBody(Body):
 
     @property
     def volume_ratio(self) -> float:
-        """By its axes, as of a spheroid."""
-        return self.axis_ratio or 1.0
+        """By its axes, as of a spheroid: Maclaurin's, where its T/|W| is given."""
+        if self.t_over_w is None:
+            return self.axis_ratio or 1.0
+        from astroinertia.bodies.maclaurin import from_energy_ratio
+
+        return from_energy_ratio(self.t_over_w).c_over_a
 
     def profile(self) -> Any:
         """That of the polytrope at rest."""
