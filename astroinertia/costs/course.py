@@ -8,13 +8,13 @@ followed as shells instead (costs.shells), to its bounce and beyond, standard pr
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from astroinertia.build import spheres
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
@@ -177,11 +177,33 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest)
 
 
-def _initial(scene: Scene) -> spheres.Sphere | None:
-    """The sphere that its body is before axes stretch it, in code units; None where that has no profile."""
-    if isinstance(scene.body, ProfileBody):
-        return spheres.progenitor(scene, code_units(scene))
-    return None if scene.body.profile() is None else spheres.stretched(scene, code_units(scene))
+class Initial(NamedTuple):
+    """The sphere that a body is before axes stretch it, in code units.
+
+    shells: those of a star from a table, in SI; tabulated: pressure and density (K,) there at distances (K,) over the
+    radius.
+    """
+
+    profile: Profile
+    mass: float
+    radius: float
+    shells: Any = None
+    tabulated: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+
+
+def _initial(scene: Scene) -> Initial | None:
+    """That of a scene; None where its body has no profile."""
+    body: Any = scene.body
+    units = code_units(scene)
+    if isinstance(body, ProfileBody):
+        from astroinertia.build.spheres import progenitor  # with stars that turn, which other bodies do without
+
+        star = progenitor(scene, units)
+        return Initial(star.profile, star.mass, star.radius, star.shells, star.tabulated)
+    profile = body.profile()
+    if profile is None:
+        return None
+    return Initial(profile, float(units.to_code(body.mass, "mass")), float(units.to_code(body.radius, "length")))
 
 
 def sphere_of(scene: Scene) -> Sphere:
@@ -189,8 +211,8 @@ def sphere_of(scene: Scene) -> Sphere:
     units, initial = code_units(scene), _initial(scene)
     assert initial is not None
     body: Any = scene.body
-    profile, mass = initial.profile, float(initial.mass)
-    size = float(initial.radius) * body.volume_ratio ** (1.0 / 3.0)
+    profile, mass = initial.profile, initial.mass
+    size = initial.radius * body.volume_ratio ** (1.0 / 3.0)
     if getattr(body, "quickly_known", False):  # its outer parts are thin: a sphere that is as dense in the middle
         greatest = float(body.equilibrium(units.gravitational_constant).max_density)
         size = (float(profile.density(np.array(0.0))) * mass / float(units.to_code(greatest, "density"))) ** (1.0 / 3.0)
@@ -316,7 +338,7 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink)
 
 
-def _stated_constant(scene: Scene, initial: spheres.Sphere, gamma: float) -> float | None:
+def _stated_constant(scene: Scene, initial: Initial, gamma: float) -> float | None:
     """K of P = K rho^gamma in code units, where the matter, the body of one entropy or a star's table states it; None
     elsewhere.
     """
@@ -325,12 +347,12 @@ def _stated_constant(scene: Scene, initial: spheres.Sphere, gamma: float) -> flo
     if isinstance(stated, float):
         return float(code_units(scene).to_code(stated, pressure_constant_dimension(gamma)))
     if stated is not None and initial.tabulated is not None:
-        pressure, density = initial.densest()
-        return (body.pressure_fraction or 1.0) * pressure / density**gamma
+        pressure, density = initial.tabulated(np.zeros(1))
+        return (body.pressure_fraction or 1.0) * float(pressure[0] / density[0] ** gamma)
     return float(body.entropy) if body.entropy is not None and body.isentropic else None
 
 
-def _spin(scene: Scene, initial: spheres.Sphere, s: np.ndarray) -> np.ndarray:
+def _spin(scene: Scene, initial: Initial, s: np.ndarray) -> np.ndarray:
     """2/3 omega^2 (K,) at distances (K,) from the centre over the radius."""
     units = code_units(scene)
     body: Any = scene.body

@@ -68,8 +68,8 @@ def predict(scene: Scene, machine: Machine) -> Prediction | None:
     """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
 
     Nor is anything known of a body at the edge of what numbers hold, which is still to be run. Imports neither an
-    engine nor an effect. A pilot that was run before (costs.pilot) says
-    the steps of particles; without one they are estimated.
+    engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles; without one they are
+    estimated.
     """
     with suppress(ArithmeticError, ValueError):
         return _predicted(scene, machine)
