@@ -205,7 +205,8 @@ def _settled(
 def _still(problem: Problem) -> Problem:
     """What bodies settle under: gravity and pressure alone, in 64 bits."""
     effects = tuple(effect.settling for effect in problem.effects if effect.kind in ("gravity", "pressure"))
-    return replace(problem, engine=numba_cpu.Engine(precision="float64"), effects=effects)
+    later = tuple(problem.terms(name) for name in ("gradient_terms", "neighbour_terms"))
+    return replace(problem, engine=numba_cpu.Engine(precision="float64", programs=later), effects=effects)
 
 
 def _density_error(at_4000: float, count: int) -> float:

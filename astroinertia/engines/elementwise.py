@@ -45,6 +45,15 @@ PAIR_FLAGS = {'contract', 'nsz'}
 LOOP = {**ENTRY, "pipeline_class": Apart}
 
 
+class PartApart(PartCompiler):
+    def define_pipelines(self):
+        self.state.flags.noalias = True
+        return super().define_pipelines()
+
+
+CASE = {**PART, "pipeline_class": PartApart}
+
+
 @njit(forceinline=True, error_model="numpy", **INNER)
 def table_entry(table, index):
     return table[index]
@@ -59,6 +68,11 @@ def loop(counter, count{arrays}):
         if first >= count:
             break
         last = min(first + {chunk}, count)
+"""
+CASE = """
+@njit(fastmath={flags}, **CASE)
+def sum_up(case, chunk, first, last, parts{arrays}):
+    widest_vectors()
 """
 
 
@@ -176,31 +190,33 @@ def _each(function: Callable, kinds: tuple) -> tuple[Callable, list[tuple[int, .
 @functools.lru_cache(maxsize=512)
 def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Callable, list[tuple[int, ...]]]:
     shapes = _shapes(function, kinds + more)
-    names = [f"a{k}" for k in range(len(kinds))]
+    names, mine = [f"a{k}" for k in range(len(kinds))], [f"e{k}" for k in range(len(more))]
     sources = Sources(CALLS)
     called = sources.add(function)
-    lines, every = _slices(names, kinds), list(names)
-    for case in range(cases):
-        mine = [f"e{case}_{k}" for k in range(len(more))]
-        every += mine
-        width = sum(WIDTHS[shape] for shape in shapes)
-        lines += _slices(mine, more)
-        lines += [f"s{k} = 0.0" for k in range(width)]
-        lines += ["for n in range(last - first):"]
-        lines += [f"    value = {called}({', '.join(map(_element, names + mine, kinds + more))})"]
-        values = [value for k, shape in enumerate(shapes) for value in _components(f"value[{k}]", shape)]
-        lines += [f"    s{k} += {value}" for k, value in enumerate(values)]
-        lines += [f"parts[{case}, {k}, chunk] = s{k}" for k in range(width)]
+    values = [value for k, shape in enumerate(shapes) for value in _components(f"value[{k}]", shape)]
+    # All cases are summed up by one function, which is compiled once.
+    lines = _slices(names + mine, kinds + more) + [f"s{k} = 0.0" for k in range(len(values))]
+    lines += ["for n in range(last - first):"]
+    lines += [f"    value = {called}({', '.join(map(_element, names + mine, kinds + more))})"]
+    lines += [f"    s{k} += {value}" for k, value in enumerate(values)]
+    lines += [f"parts[case, {k}, chunk] = s{k}" for k in range(len(values))]
     flags = "{'reassoc', 'contract', 'nsz'}"
-    return _compiled("totals", function, sources, [*every, "parts"], flags, lines), shapes
+    case = CASE.format(flags=flags, arrays="".join(f", {name}" for name in names + mine))
+    before = "\n".join([case, *(f"    {line}" for line in lines)])
+    every, calls = list(names), []
+    for number in range(cases):
+        theirs = [f"e{number}_{k}" for k in range(len(more))]
+        every += theirs
+        calls.append(f"sum_up({', '.join([str(number), 'chunk', 'first', 'last', 'parts', *names, *theirs])})")
+    return _compiled("totals", function, sources, [*every, "parts"], flags, calls, before), shapes
 
 
 def _compiled(
-    kind: str, function: Callable, sources: Sources, arrays: list[str], flags: str, lines: list[str]
+    kind: str, function: Callable, sources: Sources, arrays: list[str], flags: str, lines: list[str], before: str = ""
 ) -> Callable:
     loop = LOOP.format(flags=flags, chunk=CHUNK, arrays="".join(f", {name}" for name in arrays))
     loop += "\n".join(f"        {line}" for line in lines) + "\n"
-    text = "\n".join([taken_from(_shared()), sources.text(), "", loop])
+    text = "\n".join([taken_from(_shared()), sources.text(), "", before, "", loop])
     return load_module(f"{kind}_{getattr(function, '__name__', '')}", text).loop
 
 

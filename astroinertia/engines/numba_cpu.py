@@ -80,11 +80,13 @@ class Arrangement:
 class Engine:
     """Pair sums with numba; precision "float64", or "mixed": float32 pairs relative to the leaf, float64 sums.
 
-    threads: how many; None for all that numba would use (NUMBA_NUM_THREADS).
+    threads: how many; None for all that numba would use (NUMBA_NUM_THREADS). programs: the terms of sums over
+    neighbours that are compiled anyway; one of them does for sums of some of its effects, where particles are few.
     """
 
     precision: str = "float64"
     threads: int | None = None
+    programs: tuple[tuple[PairTerm, ...], ...] = ()
     name = "numba_cpu"
     bounded = True  # matter comes to an end somewhere
     xp = np
@@ -207,12 +209,15 @@ class Engine:
             return {}
         if interval is not None:
             fields = {**fields, **dict(zip(INTERVALS, interval, strict=True))}
-        leaves = arrangement.leaves
+        leaves, wanted = arrangement.leaves, {term.effect for term in terms}
         position, mass, smoothing_length = _fields(fields)
+        terms = self._carried_by(tuple(terms), len(mass))
         virials = virial or (interval is None and _in_one_program(terms, len(mass)))
-        made = neighbour_pass(kernel, tuple(terms), self.precision, virials, interval is not None)
+        made = neighbour_pass(kernel, terms, self.precision, virials, interval is not None)
         chosen = _targets(arrangement, targets)
         lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
+        if wanted != {term.effect for term in terms}:  # what others ask for: nothing is made of their results
+            fields = {**{label.partition("_")[2]: 0.0 for label in made.arrays}, **fields}
         workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
         inputs = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
         packed = chosen is arrangement.everyone or lists.count[chosen.leaves].sum() > len(mass)
@@ -224,7 +229,15 @@ class Engine:
             made.sums, workers, *inputs, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
             lists.pool, *arrays,
         )  # fmt: skip
-        return _finished(results, virial)
+        return _finished({effect: results[effect] for effect in results if effect in wanted}, virial)
+
+    def _carried_by(self, terms: tuple[PairTerm, ...], count: int) -> tuple[PairTerm, ...]:
+        """The terms of the program that makes sums of these: for few particles none is compiled for some of another."""
+        effects = {term.effect for term in terms}
+        for program in self.programs if count <= FEW else ():
+            if tuple(term for term in program if term.effect in effects) == terms:
+                return program
+        return terms
 
     def all_pair_sums(
         self, arrangement: Arrangement, kernel: str, terms: Sequence[PairTerm], fields: dict, virial: bool = False
@@ -268,6 +281,10 @@ class Engine:
         leaves, support = arrangement.leaves, float(KERNELS[kernel].support)
         nodes = tree.fit(leaves, position, length, self.workers)
         offset, count = np.zeros((2, leaves.count), np.int64)
+        if len(position) <= FEW:  # any may be near: the program that finds out is sooner run without than compiled
+            count[chosen.leaves] = len(position)
+            everyone = np.arange(len(position), dtype=np.int32)
+            return Lists(position, length, support, nodes, chosen, offset, count, everyone)
         room = 32 * len(chosen.leaves) * LEAF_SIZE
         while True:
             pool, used = np.empty(room, np.int32), np.zeros(1, np.int64)

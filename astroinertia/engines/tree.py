@@ -13,6 +13,7 @@ from numba import njit
 
 from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, take
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.process.few import FEW
 
 SHARE = 64  # leaves that a thread takes at a time
 ALONE = 1024  # leaves below which one thread is sooner done than others are started
@@ -85,10 +86,28 @@ def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int |
     columns = np.empty((4, len(position) + LANES))
     rows = np.zeros((7, 2 * leaves.count + LANES))
     columns[:, len(position) :] = 0.0
-    threads = 1 if leaves.count < ALONE else threads or available_threads()
-    share_out(_fit_leaves, threads, leaves.start, position, values, columns, rows)
-    _fit_upward(leaves.count, rows)
+    if len(position) <= FEW:
+        _fit_few(leaves, position, values, columns, rows)
+    else:
+        threads = 1 if leaves.count < ALONE else threads or available_threads()
+        share_out(_fit_leaves, threads, leaves.start, position, values, columns, rows)
+    for level in range(leaves.depth - 1, -1, -1):
+        below = rows[:, 2 << level : 4 << level]
+        one, other, here = below[:, ::2], below[:, 1::2], rows[:, 1 << level : 2 << level]
+        np.minimum(one[:3], other[:3], out=here[:3])
+        np.maximum(one[3:], other[3:], out=here[3:])
     return Nodes(columns, rows)
+
+
+def _fit_few(
+    leaves: Leaves, position: np.ndarray, values: np.ndarray, columns: np.ndarray, rows: np.ndarray
+) -> None:  # fmt: skip
+    """What `_fit_leaves` does, without a program to compile; it takes no longer for few particles."""
+    count, begin = leaves.count, leaves.start[:-1]
+    columns[:3, : len(position)], columns[3, : len(position)] = position.T, values
+    held = columns[:, : len(position)]
+    np.minimum.reduceat(held[:3], begin, axis=1, out=rows[:3, count : 2 * count])
+    np.maximum.reduceat(held, begin, axis=1, out=rows[3:, count : 2 * count])
 
 
 def boxes(leaves: Leaves, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -192,12 +211,3 @@ def _fit_leaves(counter, start, position, values, columns, rows):
             break
         for leaf in range(begin, min(begin + SHARE, count)):
             _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, rows)
-
-
-@njit(**ENTRY)
-def _fit_upward(count, rows):
-    for a in range(7):
-        row = rows[a]
-        for node in range(count - 1, 0, -1):
-            one, other = row[2 * node], row[2 * node + 1]
-            row[node] = np.minimum(one, other) if a < 3 else np.maximum(one, other)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.engines import numba_cache, numba_cpu
+from astroinertia.engines import numba_cache, numba_cpu, tree
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -103,6 +103,55 @@ def largest_error(found, expected):
 def of_particles(outputs):
     """What each particle has: all but the virial tensors, which every test asks for so that all share one program."""
     return [(name, value) for name, value in outputs.items() if name != "virial"]
+
+
+def test_few_particles_have_the_sums_of_many(reference, monkeypatch):
+    """Without lists and boxes of their own, which many particles have: the same bits, of all and of some."""
+    arrangement, solved, fields = reference
+    some, engine = np.arange(1, COUNT, 3), Engine()
+
+    def found():
+        first = fields["position"], fields["mass"], 0.7 * solved.smoothing_length
+        held = engine.listed(arrangement, KERNEL, fields["position"], fields["smoothing_length"])
+        densities = [engine.density(arrangement, KERNEL, *first, ETA, 1e-10, targets=of) for of in (None, some)]
+        sums = [
+            engine.neighbour_sums(at, KERNEL, NEIGHBOUR_TERMS, fields, virial=True, targets=of)
+            for at, of in ((held, None), (arrangement, some))
+        ]
+        lengths = [solution.smoothing_length for solution in densities]
+        return held.lists, lengths + [each for of in sums for outputs in of.values() for each in outputs.values()]
+
+    lists, few = found()
+    for module in (numba_cpu, tree):
+        monkeypatch.setattr(module, "FEW", 0)
+    listed, many = found()
+    assert lists.count.sum() == COUNT * lists.targets.leaves.size > listed.count.sum()
+    assert np.array_equal(lists.nodes.rows[:, 1:], listed.nodes.rows[:, 1:])
+    assert all(np.array_equal(one, other) for one, other in zip(few, many, strict=True)) and len(few) > 10
+
+
+def test_a_wider_program_does_for_some_of_its_effects(reference, monkeypatch):
+    arrangement, _, fields = reference
+    wide, terms = Engine(programs=((SHEAR,), NEIGHBOUR_TERMS)), (LONE, UNLIMITED)
+    without = {name: array for name, array in fields.items() if name != "velocity"}  # which others ask for
+    plain = Engine().neighbour_sums(arrangement, KERNEL, terms, without, virial=True)
+    carried = []
+    made = numba_cpu.neighbour_pass
+    monkeypatch.setattr(numba_cpu, "neighbour_pass", lambda *given: (carried.append(given[1]), made(*given))[1])
+    found = wide.neighbour_sums(arrangement, KERNEL, terms, without, virial=True)
+    assert carried == [NEIGHBOUR_TERMS]
+    assert found.keys() == plain.keys() == {"lone", "unlimited"}
+    for effect, outputs in plain.items():
+        for name, value in outputs.items():
+            assert found[effect][name] == pytest.approx(value, rel=1e-12, abs=1e-12 * np.abs(value).max()), (
+                effect,
+                name,
+            )
+    # PUSH alone is not all that adds to its effect there; and many particles have a program of their own.
+    wide.neighbour_sums(arrangement, KERNEL, (PUSH,), fields, virial=True)
+    monkeypatch.setattr(numba_cpu, "FEW", COUNT - 1)
+    wide.neighbour_sums(arrangement, KERNEL, terms, fields, virial=True)
+    assert carried[1:] == [(PUSH,), terms]
 
 
 def test_the_particle_set_is_clustered(reference):

@@ -111,6 +111,7 @@ def engine(plain, monkeypatch):
     names, width = neighbours.NEEDS.arrays, neighbours.WIDTH
     sums = NeighbourPass(neighbours, neighbours.TOTALS.pack, neighbours.neighbour_pass, names, width)
     both = everything, everything.all_pairs_pass, names, True
+    monkeypatch.setattr(numba_cpu, "FEW", 0)  # few particles are not listed leaf by leaf
     monkeypatch.setattr(numba_cpu, "lists_pass", lambda: plain.numba_lists.neighbour_lists)
     monkeypatch.setattr(numba_cpu, "density_pass", lambda *_: (plain.numba_density, plain.numba_density.density_pass))
     monkeypatch.setattr(numba_cpu, "neighbour_pass", lambda *_: sums)

@@ -36,10 +36,11 @@ def test_every_node_is_split_at_the_median_of_its_longest_side():
             assert node[: middle - first, axis].max() <= node[middle - first :, axis].min()
 
 
-def test_boxes_enclose_tightly_and_follow_moved_particles():
-    order, leaves = tree.arrange(clustered(777), 16)
-    position = clustered(777)[order] + np.random.default_rng(1).normal(size=(777, 3))
-    value = np.random.default_rng(2).normal(size=777)
+@pytest.mark.parametrize("count", [777, 1777])
+def test_boxes_enclose_tightly_and_follow_moved_particles(count):
+    order, leaves = tree.arrange(clustered(count), 16)
+    position = clustered(count)[order] + np.random.default_rng(1).normal(size=(count, 3))
+    value = np.random.default_rng(2).normal(size=count)
     nodes = tree.fit(leaves, position, value)
     for level in range(leaves.depth + 1):
         edges = leaves.start[:: 1 << (leaves.depth - level)]
@@ -52,7 +53,7 @@ def test_boxes_enclose_tightly_and_follow_moved_particles():
     rows = nodes.rows[:, : 2 * leaves.count]
     assert np.array_equal(lo, rows[:3].T) and np.array_equal(hi, rows[3:6].T)
     assert np.array_equal(tree.largest(leaves, value), rows[6])
-    assert np.array_equal(nodes.columns[:3, :777].T, position) and np.array_equal(nodes.columns[3, :777], value)
+    assert np.array_equal(nodes.columns[:3, :count].T, position) and np.array_equal(nodes.columns[3, :count], value)
 
 
 def test_the_order_does_not_depend_on_the_number_of_threads():
@@ -67,13 +68,14 @@ def test_equal_positions_are_split_all_the_same():
     assert np.diff(leaves.start).max() <= 16
 
 
-def test_an_unknown_position_is_kept_and_spreads_to_the_boxes_that_hold_it():
-    position = clustered(300)
+@pytest.mark.parametrize("count", [300, 1300])
+def test_an_unknown_position_is_kept_and_spreads_to_the_boxes_that_hold_it(count):
+    position = clustered(count)
     position[7] = np.nan
     order, leaves = tree.arrange(position, 16)
     lo, hi = tree.boxes(leaves, position[order])
     leaf = np.searchsorted(leaves.start, np.flatnonzero(order == 7)[0], side="right") - 1
-    assert np.array_equal(np.sort(order), np.arange(300))
+    assert np.array_equal(np.sort(order), np.arange(count))
     assert np.isnan(lo[1]).all() and np.isnan(hi[leaves.count + leaf]).all()
     assert np.isnan(lo[leaves.count :]).any(axis=1).sum() == 1
 
