@@ -37,11 +37,12 @@ def run_scene(
     begun: float | None = None,
     deadline: float = math.inf,
     callback: Callback | None = None,
+    profile: Any = None,
 ) -> Path:
     """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
 
-    callback: of the run itself, not of its companions. Otherwise as run.run_scene; SceneError, too, for a scene that
-    cannot have error bars.
+    callback, profile: of the run itself, not of its companions. Otherwise as run.run_scene; SceneError, too, for a
+    scene that cannot have error bars.
 
     >>> import tempfile
     >>> scene = load.load_file("sims/tennis_racket.toml", ["time.end='1 s'", "output.error_bars=true"])
@@ -50,7 +51,7 @@ def run_scene(
     True steps_per_rotation-80
     """
     completion = _completion(scene, folder, listener, deadline)
-    return loop.run_scene(scene, folder, listener, begun, completion, deadline, callback)
+    return loop.run_scene(scene, folder, listener, begun, completion, deadline, callback, profile)
 
 
 def unless_stopped(folder: Path, run: Callable[[], Path]) -> Path:

@@ -6,7 +6,7 @@ import select
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -46,6 +46,7 @@ from astroinertia.run.meter import Meter, Voice
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
+    from astroinertia.run.profile import Profile
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
 
@@ -178,6 +179,7 @@ def _add_new(add: Add) -> None:
 
 def _add_run(add: Add) -> None:
     add("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
+    add("--profile", action="store_true", help="time the parts of the run: for its file, and for show")
 
 
 def _add_resume(add: Add) -> None:
@@ -286,6 +288,8 @@ def _calibrate(options: Options) -> int:
 def _run(options: Options) -> int:
     begun = time.monotonic()  # what imports take is part of a run's time
     if (sweep := cli_sweep.sweep_of(options)) is not None:
+        if options.profile:
+            raise SceneError("--profile is for one run, and this scene is swept.")
         return _sweep(sweep, options.output or Path("runs") / sweep.name, options, stop.deadline(options, begun))
     scene = _load(options)
     folder = options.output or Path("runs") / scene.name
@@ -296,9 +300,17 @@ def _run(options: Options) -> int:
         refuse_before(scene, folder)
     scene = _chosen(scene, folder, options)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
-    with Meter(_Console(highlight=False)) as meter:
-        result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun))
+    with Meter(_Console(highlight=False)) as meter, _profile(options, begun) as profile:
+        result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun), profile=profile)
     return _finished(result, folder)
+
+
+def _profile(options: Options, begun: float) -> "AbstractContextManager[Profile | None]":
+    if not options.profile:
+        return nullcontext()
+    from astroinertia.run.profile import Profile
+
+    return Profile(begun)
 
 
 def _warm(options: Options) -> int:

@@ -13,10 +13,11 @@ from typing import Any
 
 import netCDF4
 
-from astroinertia.costs.machine import FORMAT, Machine, Seconds, described, keep, less, read, shipped
+from astroinertia.costs.machine import FORMAT, Machine, described, keep, read, shipped
 from astroinertia.costs.probe_scenes import SCALING
 from astroinertia.errors import NumericalError
 from astroinertia.process.children import completed
+from astroinertia.process.stopwatch import Seconds, less
 from astroinertia.storage.atomic import temporary_folder
 
 PROBES = {

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine, Seconds, total
+from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine
+from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene import gravity_costs
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene

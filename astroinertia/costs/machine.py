@@ -8,7 +8,6 @@ import json
 import math
 import os
 import platform
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import ArchiveError
+from astroinertia.process.stopwatch import Seconds
 from astroinertia.storage.atomic import write_json
 from astroinertia.storage.cache import cache_directory
 
@@ -25,32 +25,6 @@ FILE = "machine.json"
 LARGEST_FILE = 1 << 16  # bytes
 MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest cost is as large
 _VERSIONS = ("numpy", "numba", "jax", "diffrax")  # those that carry out what is timed
-
-
-@dataclass(frozen=True)
-class Seconds:
-    """A time by the clock on the wall, and the processor time of all threads together."""
-
-    wall: float = 0.0
-    processor: float = 0.0
-
-    def __add__(self, other: "Seconds") -> "Seconds":
-        return Seconds(self.wall + other.wall, self.processor + other.processor)
-
-    def __mul__(self, factor: float) -> "Seconds":
-        return Seconds(self.wall * factor, self.processor * factor)
-
-    __rmul__ = __mul__
-
-
-def total(times: Iterable[Seconds]) -> Seconds:
-    """The sum of times."""
-    return sum(times, start=Seconds())
-
-
-def less(whole: Seconds, part: Seconds) -> Seconds:
-    """What is left of a time without a part of it; nothing where noise made the part longer."""
-    return Seconds(max(0.0, whole.wall - part.wall), max(0.0, whole.processor - part.processor))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from typing import Any
 
 from astroinertia.costs import course, experience, piloted, smooth
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
-from astroinertia.costs.machine import Machine, Seconds, total
+from astroinertia.costs.machine import Machine
+from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,10 @@ import numpy as np
 from astroinertia import dataset
 from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.costs.evaluations import PASSES
-from astroinertia.costs.machine import PRECISIONS, Seconds, less, peak_memory, total
+from astroinertia.costs.machine import PRECISIONS, peak_memory
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models.sph.evaluate import pair_fields
+from astroinertia.process.stopwatch import Seconds, Stopwatch, less, now, since, total, watched
 from astroinertia.scene import load
 from astroinertia.sph import placement, profiles
 from astroinertia.storage.archive import Archive
@@ -37,45 +38,6 @@ GLASS = 2000
 Pairs = dict[str, Seconds]
 
 
-class Stopwatch:
-    """Sums up the times of parts by their names."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, Seconds] = defaultdict(Seconds)
-
-    def timed(self, name: str, action: Callable[[], Any]) -> Any:
-        """What the action returns."""
-        begin = now()
-        result = action()
-        self.seconds[name] += since(begin)
-        return result
-
-
-class Watched:
-    """Something whose methods are timed: {method: what the part is called, given its arguments}."""
-
-    def __init__(self, inner: Any, watch: Stopwatch, methods: Mapping[str, Callable[..., str]]) -> None:
-        self._inner, self._watch, self._methods = inner, watch, methods
-
-    def __getattr__(self, name: str) -> Any:
-        method = getattr(self._inner, name)
-        if name not in self._methods:
-            return method
-        part = self._methods[name]
-        return lambda *arguments, **named: self._watch.timed(part(*arguments), lambda: method(*arguments, **named))
-
-
-def now() -> tuple[float, float]:
-    """The clock on the wall and that of the processor."""
-    return time.perf_counter(), time.process_time()
-
-
-def since(begin: tuple[float, float]) -> Seconds:
-    """What has passed on both since `now`."""
-    wall, processor = now()
-    return Seconds(wall - begin[0], processor - begin[1])
-
-
 def cloud(particles: int, **settings: str) -> Any:
     """Evrard's cloud at time 0, under way; settings by their keys with __ for dots."""
     overrides = [f"{key.replace('__', '.')}={value}" for key, value in settings.items()]
@@ -84,23 +46,21 @@ def cloud(particles: int, **settings: str) -> Any:
 
 def steps_of(body: Any, count: int) -> Pairs:
     """What each part of one step takes, on average; "rest" is what no pass over pairs does."""
-    watch = Stopwatch()
+    watch = Stopwatch("rest")
 
-    def sums(_: Any, __: Any, terms: Any, *___: Any) -> str:
+    def sums(_: Any, __: Any, ___: Any, terms: Any, *____: Any) -> str:
         return "forces" if any(term.effect == "pressure" for term in terms) else "gradients"
 
-    parts = {"density": lambda *_: "density", "listed": lambda *_: "density", "neighbour_sums": sums}
-    plain = body.problem
-    attraction, *others = plain.effects
-    watched = Watched(attraction, watch, {"own_sums": lambda *_: "multipole"})
-    body.problem = replace(plain, engine=Watched(plain.engine, watch, parts), effects=(watched, *others))
+    attraction, engine = type(body.problem.effects[0]), type(body.problem.engine)
+    parts = {"density": "density", "listed": "density", "neighbour_sums": sums}
     measured = []
-    for _ in range(count):
-        watch.seconds.clear()
-        watch.timed("step", lambda: body.advance(body.end))
-        step = watch.seconds.pop("step")
-        measured.append({**watch.seconds, "rest": less(step, total(watch.seconds.values()))})
-    body.problem = plain
+    with watched(
+        watch, {(engine, name): part for name, part in parts.items()} | {(attraction, "own_sums"): "multipole"}
+    ):
+        for _ in range(count):
+            watch.seconds.clear()
+            watch.timed("rest", lambda: body.advance(body.end))
+            measured.append(dict(watch.seconds))
     return {name: middle([step[name] for step in measured]) for name in measured[0]} | {"direct": _direct(body)}
 
 

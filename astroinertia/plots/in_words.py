@@ -71,7 +71,7 @@ def tables(dataset: xr.Dataset) -> list[Table]:
     >>> print([table.title for table in tables(ds)])
     ['The body', 'Accuracy and conservation', 'The ledger of effects']
     """
-    kinds = (_body, _attitude, _own, _regions, _accuracy, _bars, _converged, _effects)
+    kinds = (_body, _attitude, _own, _regions, _accuracy, _bars, _converged, _effects, _profile)
     drawn = [kind(dataset) for kind in kinds]
     return [table for table in drawn if table is not None and table.rows]
 
@@ -281,6 +281,27 @@ def _effects(dataset: xr.Dataset) -> Table | None:
     scale = "its angular momentum" if turning else "the largest it could have"
     below = f"E: largest energy of the run; dL: angular momentum that an effect has given, over {scale}"
     return Table("The ledger of effects", ("effect", *columns), rows, (20, *(18 for _ in columns)), below)
+
+
+def _profile(dataset: xr.Dataset) -> Table | None:
+    attrs = dataset.attrs
+    if "profile_parts" not in attrs:
+        return None
+    parts = str(attrs["profile_parts"]).split(", ")
+    threads = int(attrs["profile_threads"])
+    wall, processor = (np.atleast_1d(attrs[f"profile_{clock}_time"]).astype(float) for clock in ("wall", "processor"))
+    parts, wall, processor = [*parts, "all"], np.append(wall, wall.sum()), np.append(processor, processor.sum())
+    idle = np.clip(1.0 - processor / np.maximum(threads * wall, 1e-300), 0.0, 1.0)
+    rows = tuple(
+        (part, f"{seconds:.3g}", f"{share:.1%}", f"{used:.3g}", f"{waiting:.0%}")
+        for part, seconds, share, used, waiting in zip(parts, wall, wall / wall[-1], processor, idle, strict=True)
+    )
+    below = (
+        f"idle: share of {threads} threads for that long which is no processor time, waiting for other work included"
+    )
+    return Table(
+        "Where the time went", ("part", "s", "share", "processor s", "idle"), rows, (20, 10, 10, 14, 10), below
+    )
 
 
 def _cell(value: float) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -43,6 +43,9 @@ from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
 from astroinertia.units import DIMENSIONLESS, CodeUnits
+
+if TYPE_CHECKING:
+    from astroinertia.run.profile import Profile
 
 OUTPUTS_AT_ONCE = 256  # that a model is asked for in one call, if it can do so
 CAUSES = (None, LIMIT, STOPPED, interrupts.CTRL_C, *(number.name for number in interrupts.SIGNALS[1:]))
@@ -90,26 +93,33 @@ def run_scene(
     completed: Completion | None = None,
     deadline: float = math.inf,
     callback: Callback | None = None,
+    profile: "Profile | None" = None,
 ) -> Path:
     """Run a scene in a new run folder and return the netCDF file that it leaves.
 
     begun: of time.monotonic(), from when on the run's time is counted; from now on without it. The scene's error bars
     are added by `completed`: accuracy.companion_runs. deadline: of time.monotonic(), too, by which the run is saved
-    and stopped if it has not ended. callback: what is called with the state as the run goes. Raises SceneError,
-    ArchiveError (the folder holds another run), NumericalError, and RunInterrupted after a signal, for the deadline or
-    by the callback, with everything saved so that `resume` goes on; and what the callback raises, likewise.
+    and stopped if it has not ended. callback: what is called with the state as the run goes. profile: what times the
+    parts of the run, for its file. Raises SceneError, ArchiveError (the folder holds another run), NumericalError, and
+    RunInterrupted after a signal, for the deadline or by the callback, with everything saved so that `resume` goes on;
+    and what the callback raises, likewise.
     """
     begun = clock.monotonic() if begun is None else begun
     refuse_before(scene, folder)
-    described = metadata(scene) | predicted(scene)
+    timed = profile.preparing if profile else _untimed
+    described = timed(lambda: metadata(scene) | predicted(scene))
     with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
-        prepared = prepare(scene)
+        prepared = timed(lambda: prepare(scene))
         described["structure"] = as_begun(described["structure"], prepared.evolution)
-        finished = run_prepared(described, prepared, folder, listener, begun, completed, deadline, callback)
+        finished = run_prepared(described, prepared, folder, listener, begun, completed, deadline, callback, profile)
     if hosts.is_first():
         experience.note(scene)
     return finished
+
+
+def _untimed(action: Callable[[], Any]) -> Any:
+    return action()
 
 
 def refuse_before(scene: Scene, folder: Path) -> None:
@@ -121,13 +131,16 @@ def refuse_before(scene: Scene, folder: Path) -> None:
 def run_prepared(
     described: Mapping[str, Any], prepared: Prepared, folder: Path, listener: Listener | None, begun: float,
     completed: Completion | None = None, deadline: float = math.inf, callback: Callback | None = None,
+    profile: "Profile | None" = None,
 ) -> Path:  # fmt: skip
     """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
     description = {**described, **model_description(prepared.evolution)}
     with hosts.first_then_others(
         lambda: Archive.create(folder, description), lambda: Unwritten(folder, description)
     ) as archive:
-        return _Run(prepared, archive, listener, begun, deadline, callback).finish(completed)
+        if profile:
+            profile.attend(prepared, type(archive))
+        return _Run(prepared, archive, listener, begun, deadline, callback, profile).finish(completed)
 
 
 def predicted(scene: Scene) -> dict[str, Any]:
@@ -185,8 +198,9 @@ class _Run:
 
     def __init__(
         self, prepared: Prepared, archive: Archive | Unwritten, listener: Listener | None, begun: float,
-        deadline: float, callback: Callback | None,
+        deadline: float, callback: Callback | None, profile: "Profile | None" = None,
     ) -> None:  # fmt: skip
+        self.profile = profile
         self.archive, self.listener, self.begun, self.deadline = archive, listener, begun, deadline
         self.body, self.output, self.units = prepared.evolution, prepared.outputs, prepared.units
         self.records: list[dict[str, Any]] = []
@@ -238,7 +252,8 @@ class _Run:
         if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
             taken = self.counters["wall_time"] + clock.monotonic() - self.begun
             self.counters["measured"] = {
-                "measured_wall_time": taken, "measured_memory": machine.peak_memory()
+                "measured_wall_time": taken, "measured_memory": machine.peak_memory(),
+                **(self.profile.attributes() if self.profile else {}),
             }  # fmt: skip
         self._checkpoint()
         if cause := self._agreed(self._asked()):  # in the last step

@@ -13,9 +13,10 @@ import pytest
 
 from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
 from astroinertia.costs.evaluations import Counts, run_of_steps
-from astroinertia.costs.machine import Machine, Seconds, total
+from astroinertia.costs.machine import Machine
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
+from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene import load
 from tests.sims import single_scenes
 
