@@ -29,7 +29,9 @@ class Material(Part):
         default=None, description="with a file: the density at which isentropes are distinguished by their energy"
     )
     hottest: SpecificEnergy | None = Field(
-        default=None, description="energy of the hottest isentrope at the reference density; 1e9 J/kg, or the file's"
+        default=None,
+        description="energy of the hottest isentrope at the reference density; 1e9 J/kg, or the file's (with an "
+        "electron_fraction at most 1e16 J/kg)",
     )
     tension: bool = Field(default=False, description="let matter be pulled, down to half its reference density")
 
