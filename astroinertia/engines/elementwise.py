@@ -125,8 +125,8 @@ def added(one: Array | None, other: Array | None) -> Array | None:
     """The sum of two arrays, or of what there is of them."""
     if one is None or other is None:
         return other if one is None else one
-    if not isinstance(one, np.ndarray) or one.ndim > 2 or one.shape == (3, 3):
-        return one + other
+    if not isinstance(one, np.ndarray) or one.ndim > 2 or len(one) <= ALONE:
+        return one + other  # the same bits
     return elementwise(np, SUMS[one.shape[1:]], one, other)[0]
 
 

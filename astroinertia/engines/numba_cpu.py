@@ -165,7 +165,7 @@ class Engine:
         Raises ValueError if guess or mass is not positive, or if no smoothing length can hold enough particles.
         """
         position, mass, guess = _array(position), _array(mass), _array(guess)
-        _, function = density_pass(kernel, self.precision, softening)
+        _, function = density_pass(kernel, self.precision, softening, len(mass) > FEW)
         chosen = _targets(arrangement, targets)
         first = guess if targets is None else guess[chosen.indices]
         if np.min(first, initial=1.0) <= 0.0 or (targets is None and np.min(mass, initial=1.0) <= 0.0):
@@ -279,9 +279,11 @@ class Engine:
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, length: np.ndarray
     ) -> Lists:
         leaves, support = arrangement.leaves, float(KERNELS[kernel].support)
+        few = len(position) <= FEW
+        length = np.full_like(length, np.inf) if few else length
         nodes = tree.fit(leaves, position, length, self.workers)
         offset, count = np.zeros((2, leaves.count), np.int64)
-        if len(position) <= FEW:  # any may be near: the program that finds out is sooner run without than compiled
+        if few:  # any may be near, whatever its length: the program that finds out is sooner run without than compiled
             count[chosen.leaves] = len(position)
             everyone = np.arange(len(position), dtype=np.int32)
             return Lists(position, length, support, nodes, chosen, offset, count, everyone)

@@ -39,7 +39,7 @@ from astroinertia.engines.numba_vectors import (
 )
 from astroinertia.sph.kernels import KERNELS
 
-SOFTENED, KERNEL = True, KERNELS["wendland_c2"]
+SOFTENED, OUTGROWN, KERNEL = True, True, KERNELS["wendland_c2"]  # OUTGROWN: whether lengths may outgrow the lists
 kernel_w, kernel_dw, kernel_softening = (functools.partial(f, np) for f in (KERNEL.w, KERNEL.dw, KERNEL.softening))
 
 # Copied into generated modules from here on.
@@ -222,5 +222,6 @@ def density_pass(
         for t in range(first, last):
             waiting[t - first], results[0, t], results[1, t] = t, h[targets[t]], length[targets[t]]
         left = solve(waiting, last - first, slots, count, buffer, lists, options, results)
-        if left > 0:
-            solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results)
+        if OUTGROWN:  # noqa: SIM102 - what the constant leaves out is not compiled
+            if left > 0:
+                solve_again(waiting, left, x, y, z, length, position, mass, targets, nodes, start, options, results)

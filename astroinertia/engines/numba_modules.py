@@ -107,13 +107,18 @@ def all_pairs_pass(
 
 
 @functools.lru_cache(maxsize=64)
-def density_pass(kernel: str, precision: str, softening: bool) -> tuple[ModuleType, Callable]:
-    """The generated module that solves for smoothing lengths, and its entry function."""
+def density_pass(kernel: str, precision: str, softening: bool, outgrown: bool = True) -> tuple[ModuleType, Callable]:
+    """The generated module that solves for smoothing lengths, and its entry function.
+
+    outgrown: whether there may be lengths that outgrow the lists of neighbours.
+    """
     chosen = _kernel(kernel)
     sources = Sources()
     names = {f"kernel_{name}": sources.add(getattr(chosen, name)) for name in KERNEL_PARTS[: 2 + softening]}
     tag = f"{kernel}_softening" if softening else kernel
-    body = template("engines/numba_density.py", density_pass=f"density_pass_{tag}", SOFTENED=softening, **names)
+    body = template(
+        "engines/numba_density.py", density_pass=f"density_pass_{tag}", SOFTENED=softening, OUTGROWN=outgrown, **names
+    )
     module = load_module(f"density_pass_{tag}", _joined(precision, [sources.text(), "", ""], body))
     return module, getattr(module, f"density_pass_{tag}")
 
