@@ -24,7 +24,6 @@ from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
-from astroinertia.engines.numba_passes import virial_effects
 from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
@@ -34,7 +33,8 @@ from tests.full_results import LEVELS
 
 ROOT = Path(__file__).parent.parent
 ARM64 = "aarch64-unknown-linux-gnu"
-KERNEL, ETA, COUNT, ACCURACY = "wendland_c2", 1.3, 600, 1e-4
+KERNEL, ETA, COUNT, ACCURACY = "wendland_c2", 1.3, 1200, 1e-4
+assert COUNT > FEW  # few particles do without some of the programs
 PRECISIONS = ("float64", "mixed")
 PASSES = {"gradients": (VELOCITY_GRADIENT, TREND), "forces": (PRESSURE, GUARDED)}
 
@@ -112,18 +112,14 @@ def sums_of_a_step(precision):
 
 def programs():
     """The generated modules of those sums in both precisions, by name."""
-
-    def virials(terms):  # which so few particles have in every sum, so that records and steps share a program
-        return COUNT <= FEW and bool(virial_effects(terms))
-
     order, _ = multipole.settings(ACCURACY)
     neighbours = [*PASSES.values(), (SOFTENED_LESS_POINT,)]
     modules = {"lists": sys.modules[numba_modules.lists_pass().py_func.__module__]}
     for precision in PRECISIONS:
         made = [
             numba_modules.density_pass(KERNEL, precision, True)[0],
-            *(numba_modules.neighbour_pass(KERNEL, terms, precision, virials(terms)).module for terms in neighbours),
-            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, virials((DIRECT_GRAVITY,)))[0],
+            *(numba_modules.neighbour_pass(KERNEL, terms, precision, False).module for terms in neighbours),
+            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False)[0],
             multipole._module(order, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}
