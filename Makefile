@@ -51,6 +51,7 @@ $(VENV)/run: $(VENV)/made
 $(VENV)/test: $(VENV)/made
 	$(RUN) -m pip install -qq -e '.[test]'
 	@$(RUN) -m pip install -qq -e '.[reboundx]' || echo "reboundx cannot be installed here: comparisons with it are skipped"
+	@$(RUN) -m pip install -qq -e '.[mpi]' mpich || echo "MPI cannot be installed here: runs by several processes are skipped"
 	@$(RUN) -m pip install -qq -e '.[fuzz]' || echo "atheris cannot be installed here: the fuzzer is skipped"
 	@touch $@ $(VENV)/run
 

@@ -14,6 +14,7 @@ from astroinertia.build.effects import effects_of
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
+from astroinertia.engines import mpi
 from astroinertia.errors import SceneError
 from astroinertia.models import checkpoint
 from astroinertia.models.sph.evolution import Particles
@@ -205,9 +206,11 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
 def engine_of(name: str, precision: str, kernel: str) -> Any:
     """The engine of that name, importing no other; the one that lists neighbours is given the reach of the kernel."""
     module = importlib.import_module(f"astroinertia.engines.{name}")
-    if name == "xla":
-        return module.Engine(precision=precision, support=KERNELS[kernel].support)
-    return module.Engine(precision=precision)
+    if name == "numba_cpu":
+        return module.Engine(precision=precision, together=mpi.together())
+    if mpi.communicator() is not None:
+        raise SceneError(f"processes of MPI share out the engine numba_cpu; for {name} run with --coordinator auto.")
+    return module.Engine(precision=precision, support=KERNELS[kernel].support)
 
 
 def _in_box(scene: Scene, units: CodeUnits, engine: Any) -> Any:

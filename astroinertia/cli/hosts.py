@@ -14,16 +14,16 @@ FOUND = "auto"
 def add_arguments(add: Add) -> None:
     """Add where the processes meet, how many they are and which of them this is."""
     add("--coordinator", metavar="HOST:PORT",
-        help="do the run together with other processes, each started with the same arguments on a device of its own "
-        f"and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells the "
-        "rest, too")  # fmt: skip
+        help="do a run of the engine xla together with other processes, each started with the same arguments on a "
+        f"device of its own and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells "
+        "the rest, too. Runs of the engine numba_cpu that mpirun starts need none of this")  # fmt: skip
     add("--processes", type=int, metavar="N", help="how many processes there are, with --coordinator")
     add("--process", type=int, metavar="K", help="which of them this is, from 0 on, which writes")
 
 
 @contextmanager
 def joined(options: Options) -> Iterator[None]:
-    """With --coordinator, one of several processes, of which the first alone prints what goes well."""
+    """By MPI or with --coordinator, one of several processes, of which the first alone prints what goes well."""
     where = getattr(options, "coordinator", None)
     count, number = (getattr(options, name, None) for name in ("processes", "process"))
     if where is None or where == FOUND:
@@ -31,13 +31,21 @@ def joined(options: Options) -> Iterator[None]:
             raise SceneError("--processes and --process are for a --coordinator HOST:PORT.")
     elif count is None or number is None or not 0 <= number < count:
         raise SceneError("--coordinator HOST:PORT needs --processes N and --process K, a number from 0 to N - 1.")
-    if where is None:
+    if not hasattr(options, "coordinator"):
         yield
         return
-    from astroinertia.engines import hosts
+    from astroinertia.engines import mpi
 
+    if where is None and mpi.started() == 1:
+        yield
+        return
     with ExitStack() as stack:
-        stack.enter_context(hosts.joined(None if where == FOUND else where, count, number))
+        if where is None:
+            stack.enter_context(mpi.joined())  # before numba is imported, which learns of its threads here
+        from astroinertia.engines import hosts
+
+        if where is not None:
+            stack.enter_context(hosts.joined(None if where == FOUND else where, count, number))
         if not hosts.is_first():
             stack.enter_context(redirect_stdout(stack.enter_context(Path(os.devnull).open("w"))))
         yield

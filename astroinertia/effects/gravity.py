@@ -123,7 +123,7 @@ class Gravity(Effect):
         return multipole.sums(
             fluid.mass, fluid.position, fluid.smoothing_length, self.force_error,
             None if acceleration is None else multipole.strengths(acceleration), engine.workers, own, engine.precision,
-            virial,
+            virial, engine.together,
         )  # fmt: skip
 
     def potential_energy(self, xp, fluid):

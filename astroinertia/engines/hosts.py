@@ -1,7 +1,8 @@
-"""Several processes, of one host or of many, that carry out one run together by jax.distributed.
+"""Several processes, of one host or of many, that carry out one run together: by jax.distributed or by MPI.
 
-All of them do the same steps, with pair sums shared out over the devices of all (engines.devices). What one of them
-decides by a clock or a signal, all must decide; the first alone writes. Tests: tests/scale/test_hosts.py.
+All of them do the same steps, with sums shared out over the devices of all (engines.devices) or over the processes
+(engines.together). What one of them decides by a clock or a signal, all must decide; the first alone writes.
+Tests: tests/scale/test_hosts.py, tests/scale/test_mpi.py.
 """
 
 import signal
@@ -13,6 +14,7 @@ from typing import TypeVar
 import jax
 import numpy as np
 
+from astroinertia.engines import mpi
 from astroinertia.errors import ArchiveError, SceneError
 
 Made = TypeVar("Made")
@@ -52,11 +54,13 @@ def _part() -> None:
 
 def several() -> bool:
     """Whether this process has been joined by others."""
-    return jax.distributed.is_initialized() and jax.process_count() > 1
+    return mpi.communicator() is not None or (jax.distributed.is_initialized() and jax.process_count() > 1)
 
 
 def is_first() -> bool:
     """Whether this process is the one that writes."""
+    if (world := mpi.communicator()) is not None:
+        return world.Get_rank() == 0
     return not several() or jax.process_index() == 0
 
 
@@ -70,6 +74,8 @@ def agreed(number: int) -> int:
     """The largest of the numbers that the processes have here; all of them must ask."""
     if not several():
         return number
+    if (world := mpi.communicator()) is not None:
+        return max(world.allgather(number))
     from jax.experimental import multihost_utils
 
     return int(np.max(multihost_utils.process_allgather(np.asarray(number, dtype=np.int32))))

@@ -18,6 +18,7 @@ from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.engines.together import ALONE, Alone, Part
 from astroinertia.process.few import FEW
 from astroinertia.sph.kernels import KERNELS
 
@@ -82,11 +83,14 @@ class Engine:
 
     threads: how many; None for all that numba would use (NUMBA_NUM_THREADS). programs: the terms of sums over
     neighbours that are compiled anyway; one of them does for sums of some of its effects, where particles are few.
+    together: the processes that share out sums over neighbours; sums over all pairs, which are of few particles, each
+    makes for itself.
     """
 
     precision: str = "float64"
     threads: int | None = None
     programs: tuple[tuple[PairTerm, ...], ...] = ()
+    together: Alone = ALONE
     name = "numba_cpu"
     bounded = True  # matter comes to an end somewhere
     xp = np
@@ -132,8 +136,9 @@ class Engine:
         not listed or lengths grown by more than LISTED makes lists for itself. Whoever changes the positions within
         their array must list again before they have moved by as much as the lengths were handed in too large.
         """
-        chosen = _targets(arrangement, targets)
-        lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(smoothing_length))
+        self.together.rebalance()
+        mine, _ = self._part(arrangement, _targets(arrangement, targets))
+        lists = self._lists(arrangement, mine, kernel, _array(position), LISTED * _array(smoothing_length))
         return replace(arrangement, lists=lists)
 
     def near(self, arrangement: Arrangement, kernel: str, position: Any, reach: Any, members: Any) -> np.ndarray:
@@ -141,7 +146,8 @@ class Engine:
 
         reach: in units of the kernel's support, (N,); members: ascending indices.
         """
-        lists: Any = self.listed(arrangement, kernel, position, reach, members).lists
+        chosen = _targets(arrangement, members)
+        lists = self._lists(arrangement, chosen, kernel, _array(position), LISTED * _array(reach))
         near = np.zeros(len(position), bool)
         for leaf in lists.targets.leaves:
             near[lists.pool[lists.offset[leaf] : lists.offset[leaf] + lists.count[leaf]]] = True
@@ -172,20 +178,22 @@ class Engine:
             raise ValueError("masses and the first guess of smoothing lengths must be positive")
         if targets is None and mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
-        lists = self._held_lists(arrangement, chosen, kernel, position, guess, LISTED)
+        mine, part = self._part(arrangement, chosen)
+        lists = self._held_lists(arrangement, mine, kernel, position, guess, LISTED)
         nodes, leaves = lists.nodes, arrangement.leaves
         sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
         smallest = 1e-12 * float(
             np.sqrt((sides**2).sum())
         )  # where many particles lie in one place, no h is small enough
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
-        results = np.empty((4, len(chosen.indices)))
+        results = np.empty((4, len(mine.indices)))
         share_out(
-            function, self._workers_for(chosen), *nodes.columns, position, guess, mass,
-            np.array(options, dtype=np.float64), nodes.rows, leaves.start, chosen.indices, chosen.begin, chosen.leaves,
+            function, self._workers_for(mine), *nodes.columns, position, guess, mass,
+            np.array(options, dtype=np.float64), nodes.rows, leaves.start, mine.indices, mine.begin, mine.leaves,
             lists.offset, lists.count, lists.pool, results,
         )  # fmt: skip
-        return Density(results[0], results[1], results[2], results[3] if softening else None)
+        length, density, grad_h, *zeta = map(part.whole, results if softening else results[:3])
+        return Density(length, density, grad_h, zeta[0] if softening else None)
 
     def neighbour_sums(
         self,
@@ -214,22 +222,23 @@ class Engine:
         terms = self._carried_by(tuple(terms), len(mass))
         virials = virial or (interval is None and _in_one_program(terms, len(mass)))
         made = neighbour_pass(kernel, terms, self.precision, virials, interval is not None)
-        chosen = _targets(arrangement, targets)
-        lists = self._held_lists(arrangement, chosen, kernel, position, smoothing_length, 1.0)
+        mine, part = self._part(arrangement, _targets(arrangement, targets))
+        lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
         if wanted != {term.effect for term in terms}:  # what others ask for: nothing is made of their results
             fields = {**{label.partition("_")[2]: 0.0 for label in made.arrays}, **fields}
-        workers, named = self._workers_for(chosen), _named(fields, made.arrays, len(mass))
+        workers, named = self._workers_for(mine), _named(fields, made.arrays, len(mass))
         inputs = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
-        packed = chosen is arrangement.everyone or lists.count[chosen.leaves].sum() > len(mass)
+        packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
         table = _table(arrangement, len(mass) if packed else 0, made.width)
         if packed:
             share_out(made.pack, workers, *inputs, table)
-        results, arrays = _results(np.empty, terms, virials, len(chosen.indices), leaves.count, interval is not None)
+        results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, interval is not None)
         share_out(
-            made.sums, workers, *inputs, table, chosen.indices, chosen.begin, chosen.leaves, lists.offset, lists.count,
+            made.sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
             lists.pool, *arrays,
         )  # fmt: skip
-        return _finished({effect: results[effect] for effect in results if effect in wanted}, virial)
+        made_here = {effect: results[effect] for effect in results if effect in wanted}
+        return _finished(_of_all(made_here, part), virial)
 
     def _carried_by(self, terms: tuple[PairTerm, ...], count: int) -> tuple[PairTerm, ...]:
         """The terms of the program that makes sums of these: for few particles none is compiled for some of another."""
@@ -260,6 +269,15 @@ class Engine:
             arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results, virial)
+
+    def _part(self, arrangement: Arrangement, chosen: Targets) -> tuple[Targets, Part]:
+        """Of the targets those that this process sums for: of whole groups of leaves."""
+        edges = _group_edges(arrangement, chosen.begin)
+        part = self.together.part("neighbours", edges)
+        first, last = edges[part.first], edges[part.last]
+        if last - first == len(chosen.indices):
+            return chosen, part
+        return _chosen(arrangement, chosen.indices[first:last], np.clip(chosen.begin - first, 0, last - first)), part
 
     def _held_lists(
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, h: np.ndarray, margin: float
@@ -339,9 +357,16 @@ def _targets(arrangement: Arrangement, targets: Any) -> Targets:
     start = arrangement.leaves.start
     if len(indices) and (indices[0] < 0 or indices[-1] >= start[-1] or np.any(np.diff(indices) <= 0)):
         raise ValueError(f"targets must be ascending indices of the {start[-1]} particles")
-    begin = np.searchsorted(indices, start)
-    edges = begin[:: min(GROUP, arrangement.leaves.count)]
-    return Targets(indices, begin, np.flatnonzero(np.diff(edges)), np.flatnonzero(np.diff(begin)))
+    return _chosen(arrangement, indices, np.searchsorted(indices, start))
+
+
+def _chosen(arrangement: Arrangement, indices: np.ndarray, begin: np.ndarray) -> Targets:
+    groups = np.flatnonzero(np.diff(_group_edges(arrangement, begin)))
+    return Targets(indices, begin, groups, np.flatnonzero(np.diff(begin)))
+
+
+def _group_edges(arrangement: Arrangement, begin: np.ndarray) -> np.ndarray:
+    return begin[:: min(GROUP, arrangement.leaves.count)]
 
 
 def _fields(fields: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -373,6 +398,13 @@ def _results(
         results[effect]["virial"] = np.zeros((leaves, len(VIRIAL_AXES)))
         arrays.append(results[effect]["virial"])
     return results, arrays
+
+
+def _of_all(results: dict[str, dict[str, np.ndarray]], part: Part) -> dict[str, dict[str, np.ndarray]]:
+    return {
+        effect: {name: part.added(array) if name == "virial" else part.whole(array) for name, array in outputs.items()}
+        for effect, outputs in results.items()
+    }
 
 
 def _finished(results: dict[str, dict[str, np.ndarray]], virial: bool) -> dict[str, dict[str, np.ndarray]]:

@@ -12,6 +12,7 @@ from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.engines.together import ALONE, Alone
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.clamped_points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.expansions import expansions, harmonic, indices, padded_moments
@@ -61,16 +62,17 @@ def gravity(
     threads: int | None = None,
     tree: Tree | None = None,
     precision: str = "mixed",
+    together: Alone = ALONE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Acceleration (N, 3) and potential (N,) of mass (N,) at position (N, 3), softened as by gravity.direct.
 
     kernel: of the softening, None for clamped points (gravity.clamped_points); self pairs are included. accuracy: the
     wanted rms of |da|/|a|; strength (N,): |a| as far as it is known, None for a first evaluation, which takes another
     to find it; tree: `tree(position)` of these particles, or of where they were a little earlier; precision: "mixed"
-    (float32 between particles and nodes) or "float64". Results have the same bits for any number of threads. Tested in
-    tests/unit/gravity/test_multipole.py.
+    (float32 between particles and nodes) or "float64"; together: the processes that share out the sums. Results have
+    the same bits for any number of threads and processes. Tested in tests/unit/gravity/test_multipole.py.
     """
-    particles = _Particles(mass, position, smoothing_length, tree, precision, threads)
+    particles = _Particles(mass, position, smoothing_length, tree, precision, threads, together)
     totals = particles.points(accuracy, strength)
     if kernel is not None:
         for total, more in zip(totals, particles.softening(kernel), strict=True):
@@ -88,6 +90,7 @@ def sums(
     tree: Tree,
     precision: str,
     virial: bool,
+    together: Alone = ALONE,
 ) -> dict[str, np.ndarray]:
     """What `gravity` finds of clamped points, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
 
@@ -95,10 +98,12 @@ def sums(
     what they should be.
     """
     particles = (mass, position, smoothing_length, None)
-    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision)
+    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision, together)
     arrays = {"acceleration": acceleration, "potential": potential}
     if virial:
-        closer, _ = gravity(*particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64")
+        closer, _ = gravity(
+            *particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64", together
+        )  # fmt: skip
         tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
         arrays["virial"] = 0.5 * (tensor + tensor.T)
     return arrays
@@ -143,8 +148,10 @@ class _Particles:
     """Particles and their tree in units in which lengths and masses are about 1, so that float32 holds them."""
 
     def __init__(
-        self, mass: Any, position: Any, smoothing_length: Any, tree: Tree | None, precision: str, threads: int | None
-    ) -> None:
+        self, mass: Any, position: Any, smoothing_length: Any, tree: Tree | None, precision: str, threads: int | None,
+        together: Alone = ALONE,
+    ) -> None:  # fmt: skip
+        self.together = together
         self.position = np.ascontiguousarray(position, dtype=np.float64)
         self.mass = np.ascontiguousarray(mass, dtype=np.float64)
         self.smoothing_length = np.ascontiguousarray(smoothing_length, dtype=np.float64)
@@ -167,7 +174,7 @@ class _Particles:
     def softening(self, kernel: str) -> tuple[np.ndarray, np.ndarray]:
         """What softening changes about those."""
         position, length = (self.position - self.origin) * self.scale, self.smoothing_length * self.scale
-        engine = Engine(self.precision, self.threads)
+        engine = Engine(self.precision, self.threads, together=self.together)
         order, arrangement = engine.arrange(position, length)
         fields = {"mass": self.mass * self.mass_scale, "position": position, "smoothing_length": length}
         fields = {name: array[order] for name, array in fields.items()}
@@ -210,9 +217,16 @@ class _Particles:
             np.zeros(1, np.int64), True, root, nothing, none, none, np.zeros_like(handed_local[:1]), *rest
         )
         handed_begin = np.concatenate([[0], handed_end[:-1]])
+        edges = np.append(nodes.first[nodes.task], count)
+        part = self.together.part("gravity", edges)
+        mine, held = slice(part.first, part.last), nodes.order[edges[part.first] : edges[part.last]]
         share_out(
-            module.descend, self.threads, False, nodes.task, handed, handed_begin, handed_end, handed_local, *rest
-        )
+            module.descend, self.threads, False, nodes.task[mine], handed, handed_begin[mine], handed_end[mine],
+            handed_local[mine], *rest,
+        )  # fmt: skip
+        if len(held) < count:
+            for sums in (acceleration, potential):
+                sums[nodes.order] = part.whole(sums[held])
         return acceleration, potential
 
 

@@ -1,0 +1,149 @@
+"""A run that mpirun starts: the bits of one process, whoever is stopped or killed, and with whom it goes on."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import astroinertia
+from astroinertia.storage.archive import Archive
+
+ROOT = Path(__file__).parents[2]
+CLOUD = (
+    "evrard", "body.particles=1500", "effects.gravity.method='multipole'", "numerics.precision='float64'",
+    "output.checkpoint_seconds=0",
+)  # fmt: skip
+FEW = (*CLOUD, "time.max_steps=20")
+BLOCKS = (*CLOUD, "time.max_steps=3", "numerics.timesteps='individual'")
+STEPS = 48
+MORE = (*CLOUD, f"time.max_steps={STEPS}")
+
+
+def mpiexec():
+    """The starter beside this Python, or else the machine's."""
+    pytest.importorskip("mpi4py", exc_type=ImportError)
+    beside = Path(sys.executable).parent / "mpiexec"
+    found = str(beside) if beside.exists() else shutil.which("mpiexec")
+    if found is None:
+        pytest.skip("there is no mpiexec")
+    return found
+
+
+def started(processes, folder, scene, *options, **variables):
+    """A run by so many processes; without a scene what goes on."""
+    words = [sys.executable, "-m", "astroinertia"]
+    if scene:
+        name, *settings = scene
+        words += ["run", str(ROOT / "sims" / f"{name}.toml"), "--output", str(folder)]
+        words += [word for setting in settings for word in ("--set", setting)]
+    else:
+        words += ["resume", str(folder)]
+    if processes > 1:
+        words = [mpiexec(), "-n", str(processes), *words]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
+    return subprocess.Popen(
+        [*words, *options], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def ended(process, code=0):
+    """What it printed and complained of, after it ended with this exit code."""
+    said, complaints = process.communicate(timeout=1200)
+    assert process.returncode == code, complaints
+    return said, complaints
+
+
+def processes_of(folder):
+    """The processes of the run in that folder, by number; Linux alone tells of them."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (entry / "cmdline").read_bytes().split(b"\0")
+            status = (entry / "stat").read_text()
+        except OSError:
+            continue
+        if str(folder).encode() in words and b"astroinertia" in words and words[0] == sys.executable.encode():
+            found.append((int(status.rsplit(")", 1)[1].split()[19]), int(entry.name)))  # by the time of their start
+    return [number for _, number in sorted(found)]
+
+
+def under_way(folder, process):
+    """Wait until the run has taken some steps and saved them."""
+    while process.poll() is None and len(list(folder.glob("checkpoint-*"))) < 2:
+        time.sleep(0.02)
+
+
+def assert_same_runs(one, other):
+    """The same bits of the state and of all that was recorded."""
+    states = [Archive.view(folder).read_checkpoint()[0] for folder in (one, other)]
+    assert set(states[0]) == set(states[1])
+    for name, array in states[0].items():
+        np.testing.assert_array_equal(array, states[1][name], err_msg=name)
+    datasets = [astroinertia.open(folder).drop_vars("wall_time") for folder in (one, other)]
+    assert datasets[0].equals(datasets[1])
+
+
+@pytest.mark.parametrize("scene", [FEW, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
+def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene):
+    ended(started(1, tmp_path / "alone", scene))
+    said, _ = ended(started(2, tmp_path / "both", scene))
+    assert said.count("wrote") == 1
+    names = [sorted(path.name for path in (tmp_path / each).iterdir()) for each in ("alone", "both")]
+    assert names[0] == names[1]
+    assert_same_runs(tmp_path / "alone", tmp_path / "both")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A run by one process that nothing happened to."""
+    folder = tmp_path_factory.mktemp("undisturbed") / "run"
+    ended(started(1, folder, MORE))
+    return folder
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="the processes are found in /proc")
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.full)])
+def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path, undisturbed, number):
+    folder = tmp_path / "stopped"
+    process = started(2, folder, MORE)
+    under_way(folder, process)
+    os.kill(processes_of(folder)[-1], number)  # one of the two
+    begun = time.monotonic()
+    if number == signal.SIGTERM:
+        _, complaints = ended(process, 130)
+        assert complaints.count("stopped by SIGTERM") == 2
+    else:
+        process.communicate(timeout=120)
+        assert process.returncode not in (0, 130)
+        assert time.monotonic() - begun < 60.0  # the other one does not wait for it
+    assert int(Archive.view(folder).read_checkpoint()[0][".step"]) < STEPS
+    ended(started(3 if number == signal.SIGTERM else 1, folder, None))
+    assert_same_runs(undisturbed, folder)
+
+
+def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
+    _, complaints = ended(started(2, tmp_path / "run", (*FEW, "numerics.engine='xla'")), 2)
+    assert complaints.count("for xla run with --coordinator auto") == 2
+    mpiexec()
+    _, complaints = ended(started(1, tmp_path / "run", FEW, OMPI_COMM_WORLD_SIZE="2"), 2)
+    assert "MPI has started 2 processes, but mpi4py knows of 1" in complaints
+    assert not (tmp_path / "run").exists()
+
+
+def test_without_mpi_nothing_of_it_is_imported(tmp_path):
+    text = (
+        "import sys; from astroinertia.cli.main import main; code = main(sys.argv[1:]); "
+        "sys.exit(code or 'mpi4py' in sys.modules)"
+    )
+    words = ["run", str(ROOT / "sims" / "core_to_pulsar_scaling.toml"), "--output", str(tmp_path / "run")]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", text, *words], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
