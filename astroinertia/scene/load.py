@@ -260,6 +260,8 @@ def _validated(
     effects = effect_options(listed, code, table, entries)
     _check_model(tables.get("model", "sph"), effects, table, entries)
     _check_softening(effects, table, entries)
+    if not automatic:
+        _check_needs(effects, table, entries)
     if "box" in tables:
         _check_box(effects, table, entries)
     tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code), **_own_bodies(tables, body, code)}
@@ -387,6 +389,13 @@ def _check_box(effects: dict[str, Any], table: str, entries: Mapping[str, Entry]
         if entries[kind].cost != "neighbours":
             has = ", ".join(name for name, other in CATALOGUE.items() if other.cost == "neighbours")
             raise Problem((table, kind), f" cannot act in a periodic box, where only neighbours do: {has}.", table=True)
+
+
+def _check_needs(effects: dict[str, Any], table: str, entries: Mapping[str, Entry]) -> None:
+    for kind in effects:
+        missing = [name for name in entries[kind].needs if name not in effects]
+        if missing and not entries[kind].numerical:
+            raise Problem((table, kind), f" acts beside {missing[0]}: list [effects.{missing[0]}], too.", table=True)
 
 
 def _check_softening(effects: dict[str, Any], table: str, entries: Mapping[str, Entry]) -> None:

@@ -1,6 +1,7 @@
 """The effective relativistic potential: its star beside TOV's, its force beside that star's, and what it must keep."""
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 from astroinertia.bodies.tov import structure
 from astroinertia.effects import catalogue
 from astroinertia.effects.relativistic_potential import shell_ends
+from astroinertia.errors import SceneError
 from astroinertia.matter.compact_stars import read2009
+from astroinertia.scene.load import loads
 from tests.effective_star import effective_star
 
 SLY = read2009("SLy")
@@ -146,3 +149,13 @@ def test_every_particle_is_in_one_shell() -> None:
         ends = shell_ends(count)
         assert ends[-1] == count and ends[0] >= 1 and (np.diff(ends) > 0).all()
     assert shell_ends(10000)[0] <= 10 and len(shell_ends(10000)) > 100
+
+
+def test_it_is_refused_without_the_gravity_that_it_strengthens() -> None:
+    text = (Path(__file__).parents[3] / "sims" / "neutron_star.toml").read_text()
+    alone = text.replace('[effects.gravity]\norder = "fourth"\n', "")
+    assert alone != text
+    with pytest.raises(
+        SceneError, match=r"relativistic_potential\] acts beside gravity: list \[effects.gravity\], too"
+    ):
+        loads(alone)
