@@ -20,10 +20,10 @@ from pathlib import Path
 import netCDF4
 from fair_times import RESULTS, machine as machine_in_words, publish, rows_of
 
-from astroinertia.costs import machine, pilot
-from astroinertia.costs.course import steps as estimated_steps
+from astroinertia.costs import course, machine, pilot
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
+from astroinertia.scene.schema import Scene
 
 SIMS = Path(__file__).parents[2] / "sims"
 NOTE = """\
@@ -55,11 +55,17 @@ CASES = {
 }
 
 
+def individual(scene: Scene) -> bool:
+    """Whether particles have steps of their own."""
+    return scene.numerics.timesteps == "individual"
+
+
 def case(name: str, settings: tuple[str, ...], with_pilot: bool) -> list[object]:
     """Predict a scene, run it, and give its row."""
     file = SIMS / f"{settings[0]}.toml"
     scene = load.load_file(file, settings[1:])
-    guess = estimated_steps(scene) if scene.model == "sph" else None
+    estimate = course.done(scene) if scene.model == "sph" else None
+    guess = None if estimate is None else float((estimate.base if individual(scene) else estimate.steps)[-1])
     if with_pilot and scene.model == "sph":
         pilot.run(scene)
     found = predict(scene, machine.current())
