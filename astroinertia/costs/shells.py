@@ -56,31 +56,31 @@ class Moment:
     @property
     def middle(self) -> np.ndarray:
         """Radii (K,) half-way between the edges of each."""
-        return self.radius - 0.5 * np.diff(self.radius, prepend=0.0)
+        return self.radius - 0.5 * _differences(self.radius)
 
 
 def followed(shells: Shells, end: float) -> list[Moment]:
     """The shells from rest to the end, or to where so many steps have brought them."""
     mass, enclosed, carried = shells.mass, np.cumsum(shells.mass), _carried(shells.mass)
     edges, speed, heat, time = shells.radius, np.zeros(len(mass)), np.zeros(len(mass)), 0.0
-    first = mass / _volumes(edges)
+    volumes = _volumes(edges)
+    first = mass / volumes
     opens, within = shells.sink or (math.inf, 0.0)
     moments: list[Moment] = []
     for step in range(MOST_STEPS):
-        if (gone := int((edges < within).sum())) and (
-            len(mass) < len(enclosed) or (mass / _volumes(edges)).max() > opens
-        ):
+        if (gone := int((edges < within).sum())) and (len(mass) < len(enclosed) or (mass / volumes).max() > opens):
             if gone == len(mass):
                 break
             edges, speed, heat, first, mass = (a[gone:] for a in (edges, speed, heat, first, mass))
             pressure, turning = shells.pressure[gone:], shells.turning[gone:]
             shells, carried = replace(shells, pressure=pressure, turning=turning), _carried(mass)
-        density = mass / _volumes(edges)
+            volumes = _volumes(edges)
+        density = mass / volumes
         cold, stiffness = _cold(shells, first, density)
         thermal = 0.0 if shells.thermal is None else (shells.thermal - 1.0) * density * heat
         pressure = cold + thermal
         sound = np.sqrt((stiffness * cold + (shells.thermal or 0.0) * thermal) / density)
-        width, jump = np.diff(edges, prepend=0.0), np.diff(speed, prepend=0.0)
+        width, jump = _differences(edges), _differences(speed)
         squeezed = np.maximum(-jump, 0.0)
         viscous = density * squeezed * (QUADRATIC * squeezed + LINEAR * sound)
         total = pressure + viscous
@@ -96,10 +96,11 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         speed = speed + dt * acceleration
         before = 1.0 / density
         edges = edges + dt * speed
-        if not (np.diff(edges, prepend=0.0) > 0.0).all():
+        volumes = _volumes(edges)
+        if not (_differences(edges) > 0.0).all():
             break
         if shells.thermal is not None:
-            heat = np.maximum(heat - (thermal + viscous) * (_volumes(edges) / mass - before), 0.0)
+            heat = np.maximum(heat - (thermal + viscous) * (volumes / mass - before), 0.0)
         time += dt
     return moments
 
@@ -127,8 +128,8 @@ def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | No
 def steepening(moment: Moment, reach: np.ndarray) -> np.ndarray:
     """What viscosity's switch answers to, (K,): -reach^2 d(div v)/dt over c^2 (effects.viscosity)."""
     edge, speed = moment.radius, moment.speed
-    of_push = 4.0 * math.pi * np.diff(edge**2 * moment.acceleration, prepend=0.0) / _volumes(edge)
-    along, across = np.diff(speed, prepend=0.0) / np.diff(edge, prepend=0.0), speed / edge
+    of_push = 4.0 * math.pi * _differences(edge**2 * moment.acceleration) / _volumes(edge)
+    along, across = _differences(speed) / _differences(edge), speed / edge
     return reach**2 * np.maximum(along**2 + 2.0 * across**2 - of_push, 0.0) / moment.sound**2
 
 
@@ -143,8 +144,15 @@ def _carried(mass: np.ndarray) -> np.ndarray:
     return 0.5 * (mass + np.append(mass[1:], 0.0))
 
 
+def _differences(at_edges: np.ndarray) -> np.ndarray:
+    """Of each edge and the one within, the first from 0: np.diff with 0 before, in a fourth of its time."""
+    differences = at_edges.copy()
+    differences[1:] -= at_edges[:-1]
+    return differences
+
+
 def _volumes(edges: np.ndarray) -> np.ndarray:
-    return 4.0 / 3.0 * math.pi * np.diff(edges**3, prepend=0.0)
+    return 4.0 / 3.0 * math.pi * _differences(edges**3)
 
 
 def _cold(shells: Shells, first: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
