@@ -48,7 +48,7 @@ def steps_of(body: Any, count: int) -> Pairs:
     """What each part of one step takes, on average; "rest" is what no pass over pairs does."""
     watch = Stopwatch("rest")
 
-    def sums(_: Any, __: Any, ___: Any, terms: Any, *____: Any) -> str:
+    def sums(_: Any, __: Any, ___: Any, terms: Any, *____: Any, **_____: Any) -> str:
         return "forces" if any(term.effect == "pressure" for term in terms) else "gradients"
 
     attraction, engine = type(body.problem.effects[0]), type(body.problem.engine)

@@ -5,9 +5,11 @@ import math
 import os
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
@@ -123,6 +125,22 @@ def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
         assert (slope.wall, slope.processor) == pytest.approx((3e-6, 5e-6))
     fixed, slope = probes.line(Seconds(2.0, 2.0), Seconds(1.0, 1.0))  # noise must not make a cost negative
     assert slope == Seconds(0.0, 0.0) and fixed == Seconds(2.0, 2.0)
+
+
+@pytest.mark.slow
+def test_all_parts_of_a_step_are_timed():
+    from astroinertia.costs import probes
+
+    with jax.enable_x64(True):
+        body = probes.cloud(probes.FEW, numerics__precision="float64")
+        body.advance(body.end)
+        begun = time.perf_counter()
+        parts = probes.steps_of(body, 2)
+        taken = time.perf_counter() - begun
+    assert parts.keys() == {"density", "gradients", "forces", "multipole", "rest", "direct"}
+    assert min(cost.wall for cost in parts.values()) > 0.0
+    step = math.fsum(cost.wall for name, cost in parts.items() if name != "direct")
+    assert 2.0 * step < 1.2 * taken  # nothing is counted twice
 
 
 # Predictions
