@@ -25,8 +25,8 @@ ROUNDED = 1.0 / (0.95 * math.log(2.0))
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
 REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
 REST_OF_REGION = 0.35  # over that rest: a ledger of its own
-# Over that rest, of a periodic box: images are made, chosen and put in order (0.9 to 1.7 in six standard problems).
-REST_OF_BOX = 1.2
+# Over that rest, of a periodic box: images are made, chosen and put in order (0.7 to 1.5 in four standard problems).
+REST_OF_BOX = 1.0
 PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of the calibration's cloud
 
 
