@@ -15,7 +15,7 @@ import numpy as np
 from astroinertia.costs.signals import agreement, fastest
 
 SHELLS = 40
-MOST_STEPS = 20_000  # a second of processor time
+MOST_STEPS = 12_000  # some 0.6 s of processor time; the collapses of sims/ need up to 7,200
 EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre

@@ -1,12 +1,8 @@
 """A whole run by two processes is that of one; they stop together, and the first alone writes."""
 
-import os
 import signal
 import socket
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,30 +10,15 @@ import pytest
 import astroinertia
 from astroinertia.cli.main import main
 from astroinertia.storage.archive import Archive
+from tests.scale.commands import ROOT, ended, started
 
-ROOT = Path(__file__).parents[2]
 TOP = ("tennis_racket", "time.end=1 s", "output.series_every=0.05 s")
 STAR = (
     "rotating_star", "body.particles=200", "body.relax=false", "numerics.engine='xla'", "output.checkpoint_seconds=0",
 )  # fmt: skip
 FEW = (*STAR, "time.max_steps=12")  # more of them amplify rounding: 60 to 1.5e-13
 MORE = (*STAR, "time.max_steps=60", "numerics.devices=2")
-ALONE = {"JAX_PLATFORMS": "cpu", "PYTHONPATH": str(ROOT), "XLA_FLAGS": ""}
-
-
-def started(folder, scene, *options):
-    """One process of the command line, as a user starts it: a run of a scene, or without one what goes on."""
-    words = [sys.executable, "-m", "astroinertia"]
-    if scene:
-        name, *settings = scene
-        words += ["run", str(ROOT / "sims" / f"{name}.toml"), "--output", str(folder)]
-        words += [word for setting in settings for word in ("--set", setting)]
-    else:
-        words += ["resume", str(folder)]
-    environment = {**os.environ, **ALONE}
-    return subprocess.Popen(
-        [*words, *options], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+ALONE = {"JAX_PLATFORMS": "cpu", "XLA_FLAGS": ""}
 
 
 def both(folders, scene, *second):
@@ -46,15 +27,15 @@ def both(folders, scene, *second):
         free.bind(("127.0.0.1", 0))
         place = f"127.0.0.1:{free.getsockname()[1]}"
     joined = ["--coordinator", place, "--processes", "2", "--process"]
-    return [started(folders[0], scene, *joined, "0"), started(folders[1], scene, *joined, "1", *second)]
+    return [
+        started(folders[0], scene, *joined, "0", **ALONE),
+        started(folders[1], scene, *joined, "1", *second, **ALONE),
+    ]
 
 
-def ended(processes, code=0):
+def all_ended(processes, code=0):
     """What each printed, and complained of, after it ended with this exit code."""
-    outputs = [process.communicate(timeout=1200) for process in processes]
-    for process, (_, complaints) in zip(processes, outputs, strict=True):
-        assert process.returncode == code, complaints
-    return outputs
+    return [ended(process, code) for process in processes]
 
 
 def is_silent(said):
@@ -94,10 +75,10 @@ def same(one, other):
 def test_two_processes_stop_together_and_the_first_alone_writes(tmp_path):
     together, elsewhere = tmp_path / "together", tmp_path / "elsewhere"
     # The limit of the second is over at once.
-    (_, (silent, _)) = ended(both((together, elsewhere), TOP, "--max-wall", "1e-6"), 130)
+    (_, (silent, _)) = all_ended(both((together, elsewhere), TOP, "--max-wall", "1e-6"), 130)
     assert is_silent(silent)
     assert [int(part["step"][-1]) for part in Archive.view(together).read_series()] == [0]
-    (said, _), (silent, _) = ended(both((together, together), None))
+    (said, _), (silent, _) = all_ended(both((together, together), None))
     assert "wrote" in said
     assert is_silent(silent)
     assert not elsewhere.exists()
@@ -109,7 +90,7 @@ def test_two_processes_stop_together_and_the_first_alone_writes(tmp_path):
 def test_what_the_first_cannot_do_ends_all(tmp_path):
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "tennis_racket.nc").write_text("a result")
-    (_, first), (_, second) = ended(both((tmp_path / "taken", tmp_path / "taken"), TOP), 2)
+    (_, first), (_, second) = all_ended(both((tmp_path / "taken", tmp_path / "taken"), TOP), 2)
     assert "already holds a result" in first
     assert "the first process of the run cannot write its folder" in second
 
@@ -117,8 +98,8 @@ def test_what_the_first_cannot_do_ends_all(tmp_path):
 @pytest.mark.full(inputs=["sims/rotating_star.toml"])
 def test_a_run_by_two_processes_is_that_by_one(tmp_path, result):
     alone, together, whole, stopped = (tmp_path / name for name in ("alone", "together", "whole", "stopped"))
-    ended([started(alone, FEW)])
-    (said, _), (silent, _) = ended(both((together, together), (*FEW, "numerics.devices=2")))
+    ended(started(alone, FEW, **ALONE))
+    (said, _), (silent, _) = all_ended(both((together, together), (*FEW, "numerics.devices=2")))
     assert "wrote" in said
     assert is_silent(silent)
     files = sorted(path.name for path in together.iterdir())
@@ -126,16 +107,16 @@ def test_a_run_by_two_processes_is_that_by_one(tmp_path, result):
     apart = difference(last_state(alone), last_state(together))
     result(difference_of_the_last_state=apart, files=len(files))
 
-    ended(both((whole, whole), MORE))
+    all_ended(both((whole, whole), MORE))
     processes = both((stopped, stopped), MORE)
     while processes[0].poll() is None and len(list(stopped.glob("checkpoint-*"))) < 2:
         time.sleep(0.02)
     processes[1].send_signal(signal.SIGTERM)  # the second alone: both stop after the same step
-    outputs = ended(processes, 130)
+    outputs = all_ended(processes, 130)
     assert all("SIGTERM" in complaints for _, complaints in outputs)
     left = difference(last_state(whole), last_state(stopped), exactly=False)
     assert left > 1e-6  # it was under way
-    ended(both((stopped, stopped), None))
+    all_ended(both((stopped, stopped), None))
     resumed = same(last_state(whole), last_state(stopped))
     result(difference_where_it_stopped=left, the_same_after_resuming=resumed)
     assert apart <= 1e-13

@@ -3,7 +3,6 @@
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -12,9 +11,12 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia.engines import mpi
+from astroinertia.engines.together import ALONE
+from astroinertia.errors import SceneError
 from astroinertia.storage.archive import Archive
+from tests.scale.commands import ROOT, begun, ended, started
 
-ROOT = Path(__file__).parents[2]
 CLOUD = (
     "evrard", "body.particles=1500", "effects.gravity.method='multipole'", "numerics.precision='float64'",
     "output.checkpoint_seconds=0",
@@ -35,28 +37,9 @@ def mpiexec():
     return found
 
 
-def started(processes, folder, scene, *options, **variables):
-    """A run by so many processes; without a scene what goes on."""
-    words = [sys.executable, "-m", "astroinertia"]
-    if scene:
-        name, *settings = scene
-        words += ["run", str(ROOT / "sims" / f"{name}.toml"), "--output", str(folder)]
-        words += [word for setting in settings for word in ("--set", setting)]
-    else:
-        words += ["resume", str(folder)]
-    if processes > 1:
-        words = [mpiexec(), "-n", str(processes), *words]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
-    return subprocess.Popen(
-        [*words, *options], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def ended(process, code=0):
-    """What it printed and complained of, after it ended with this exit code."""
-    said, complaints = process.communicate(timeout=1200)
-    assert process.returncode == code, complaints
-    return said, complaints
+def several(count, folder, scene, *options):
+    """A run by so many processes that MPI starts; without a scene what goes on."""
+    return started(folder, scene, *options, starter=(mpiexec(), "-n", str(count)))
 
 
 def processes_of(folder):
@@ -91,8 +74,8 @@ def assert_same_runs(one, other):
 
 @pytest.mark.parametrize("scene", [FEW, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
 def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene):
-    ended(started(1, tmp_path / "alone", scene))
-    said, _ = ended(started(2, tmp_path / "both", scene))
+    ended(started(tmp_path / "alone", scene))
+    said, _ = ended(several(2, tmp_path / "both", scene))
     assert said.count("wrote") == 1
     names = [sorted(path.name for path in (tmp_path / each).iterdir()) for each in ("alone", "both")]
     assert names[0] == names[1]
@@ -103,7 +86,7 @@ def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene):
 def undisturbed(tmp_path_factory):
     """A run by one process that nothing happened to."""
     folder = tmp_path_factory.mktemp("undisturbed") / "run"
-    ended(started(1, folder, MORE))
+    ended(started(folder, MORE))
     return folder
 
 
@@ -111,7 +94,7 @@ def undisturbed(tmp_path_factory):
 @pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.full)])
 def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path, undisturbed, number):
     folder = tmp_path / "stopped"
-    process = started(2, folder, MORE)
+    process = several(2, folder, MORE)
     under_way(folder, process)
     os.kill(processes_of(folder)[-1], number)  # one of the two
     begun = time.monotonic()
@@ -123,17 +106,46 @@ def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path,
         assert process.returncode not in (0, 130)
         assert time.monotonic() - begun < 60.0  # the other one does not wait for it
     assert int(Archive.view(folder).read_checkpoint()[0][".step"]) < STEPS
-    ended(started(3 if number == signal.SIGTERM else 1, folder, None))
+    ended(several(3, folder, None) if number == signal.SIGTERM else started(folder, None))
     assert_same_runs(undisturbed, folder)
 
 
 def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
-    _, complaints = ended(started(2, tmp_path / "run", (*FEW, "numerics.engine='xla'")), 2)
+    _, complaints = ended(several(2, tmp_path / "run", (*FEW, "numerics.engine='xla'")), 2)
     assert complaints.count("for xla run with --coordinator auto") == 2
-    mpiexec()
-    _, complaints = ended(started(1, tmp_path / "run", FEW, OMPI_COMM_WORLD_SIZE="2"), 2)
+    _, complaints = ended(started(tmp_path / "run", FEW, OMPI_COMM_WORLD_SIZE="2"), 2)
     assert "MPI has started 2 processes, but mpi4py knows of 1" in complaints
+    # One of the two has another kind of processor, or says so.
+    text = "import sys; from astroinertia.engines import mpi; mpi.processor = lambda: 'other'; "
+    text += "from astroinertia.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    words = ["run", str(ROOT / "sims" / "evrard.toml"), "--output", str(tmp_path / "run")]
+    mine, other = ([mpiexec(), "-n", "1", sys.executable, "-m", "astroinertia"], [sys.executable, "-c", text])
+    _, complaints = ended(begun([*mine, *words, ":", "-n", "1", *other, *words]), 2)
+    assert complaints.count("need the same processors and versions of packages; theirs differ") == 2
     assert not (tmp_path / "run").exists()
+
+
+def test_what_it_takes_is_named_where_it_is_missing(monkeypatch):
+    monkeypatch.setenv("PMI_SIZE", "4")
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
+    sentence = "MPI has started 4 processes of this run, which need mpi4py: pip install 'astroinertia\\[mpi\\]'"
+    with pytest.raises(SceneError, match=sentence), mpi.joined():
+        pass
+    assert mpi.together() is ALONE
+
+
+@pytest.mark.parametrize(("cores", "bound", "given", "threads"), [
+    (8, 8, None, "2"), (2, 2, None, "1"), (8, 2, None, None), (8, 8, "3", "3"),
+])  # fmt: skip
+def test_processes_of_a_machine_share_its_cores(monkeypatch, cores, bound, given, threads):
+    """Unless something else has bound them to cores of their own, or their threads are set."""
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(bound)), raising=False)
+    monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
+    if given:
+        monkeypatch.setenv("NUMBA_NUM_THREADS", given)
+    mpi._share_cores(4)
+    assert os.environ.get("NUMBA_NUM_THREADS") == threads
 
 
 def test_without_mpi_nothing_of_it_is_imported(tmp_path):
@@ -142,8 +154,4 @@ def test_without_mpi_nothing_of_it_is_imported(tmp_path):
         "sys.exit(code or 'mpi4py' in sys.modules)"
     )
     words = ["run", str(ROOT / "sims" / "core_to_pulsar_scaling.toml"), "--output", str(tmp_path / "run")]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, "-c", text, *words], env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    ended(begun([sys.executable, "-c", text, *words]))
