@@ -18,7 +18,7 @@ from scipy.integrate import cumulative_trapezoid
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells
 from astroinertia.costs.evaluations import SHARES
-from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits
+from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.body_kinds.layered import LayeredBody
@@ -50,8 +50,8 @@ class Sphere:
     """What of a body sets its course, in code units with W, H and S as above.
 
     densest: density that particles see at the centre; outer: that outside of all but 1 - USUAL of the mass; sound: its
-    speed at the centre; gamma: of the pressure. speed: a' at the start; smooth: whether it stays similar to itself
-    without any shock. cooling_time, cooling_change: tau at first, in which it loses its heat, and the rate at which tau
+    speed there; gamma: of the pressure. speed: a' at the start; smooth: whether it stays similar to itself without any
+    shock. cooling_time, cooling_change: tau at first, in which it loses its heat, and the rate at which tau
     changes.
     """
 
@@ -96,11 +96,14 @@ class Sphere:
 class Done:
     """How many steps are done, (SHARES + 1,), when so many equal parts of the run's time are over: global ones, and
     where particles have steps of their own, base steps and ends of intervals.
+
+    looked: share of steps, or base steps, in which it has to be looked at whether matter that is apart may meet.
     """
 
     steps: np.ndarray
     base: np.ndarray
     ends: np.ndarray
+    looked: float
 
 
 def done(scene: Scene) -> Done | None:
@@ -152,7 +155,14 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
         until = cumulative_trapezoid(1.0 / np.minimum(step, end), times, initial=0.0)
         return np.interp(np.linspace(0.0, end, SHARES + 1), times, until + times / end)  # the end cuts the last short
 
-    return Done(counted(step), counted(base), counted(interval))
+    whole = np.minimum(step if numerics.timesteps == "global" else base, end)
+    looked = _share(whole > limits.passing, 1.0 / whole, times)
+    return Done(counted(step), counted(base), counted(interval), looked)
+
+
+def _share(where: np.ndarray, weight: np.ndarray, times: np.ndarray) -> float:
+    """What part of an integral over times lies where something is so, (K,)."""
+    return float(np.trapezoid(where * weight, times) / np.trapezoid(weight, times))
 
 
 def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
@@ -174,7 +184,11 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     usual = _steps_at(scene, replace(sphere, densest=sphere.outer, sound=outer), times, sizes)
     factor, densest = scene.numerics.free_fall_factor, sphere.densest / sizes**3
     longest = np.full_like(sizes, math.inf) if factor is None else factor / np.sqrt(densest)
-    return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest)
+    # Spin is as of a body that turns as a whole.
+    turning = math.sqrt(1.5 * _uniform_spin(scene, sphere.gravity)) / sizes
+    speed = sphere.size * np.hypot(turning, np.gradient(sizes, times) if len(times) > 1 else 0.0)
+    passing = passed(_length(scene, sphere, sphere.densest / sizes**3), speed)
+    return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest, passing)
 
 
 class Initial(NamedTuple):
@@ -228,7 +242,7 @@ def sphere_of(scene: Scene) -> Sphere:
     if fluid is not None and fluid.thermal_gamma and (body.specific_internal_energy or body.entropy) is not None:
         gamma = fluid.thermal_gamma  # what is hot holds it up
     shells_at = profile.radius((np.arange(MIDDLES) + 0.5) / MIDDLES)
-    spin = float(np.average(_spin(scene, initial, shells_at), weights=shells_at**2))
+    spin = float(np.average(_spin(scene, initial, weight, shells_at), weights=shells_at**2))
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
@@ -237,8 +251,7 @@ def sphere_of(scene: Scene) -> Sphere:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         heat, sound = 3.0 * (gamma - 1.0) * energy / square, math.sqrt(gamma * (gamma - 1.0) * energy)
     elif (constant := _stated_constant(scene, initial, gamma)) is not None:
-        central = float(profile.density(np.array(0.0))) * mass / size**3
-        sound = math.sqrt(gamma * constant * central ** (gamma - 1.0))
+        sound = math.sqrt(gamma * constant * densest ** (gamma - 1.0))
         heat = 3.0 * constant * np.mean((profile.density(shells_at) * mass / size**3) ** (gamma - 1.0)) / square
     elif initial.tabulated is not None:
         pressure, density = initial.tabulated(shells_at)
@@ -246,7 +259,9 @@ def sphere_of(scene: Scene) -> Sphere:
         heat, sound = 3.0 * float(ratio.mean()) / square, math.sqrt(gamma * ratio[0])
     else:
         heat = fraction * body.support * (weight - spin) if has_gravity else fraction * weight
+        central = float(profile.density(np.array(0.0))) * mass / size**3
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
+        sound *= (densest / central) ** (0.5 * (gamma - 1.0))
     alone = body.expansion(mass, size), body.homologous
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, outer, sound,
                   mass / body.particles, size, *alone, *_cooling(scene))  # fmt: skip
@@ -255,14 +270,14 @@ def sphere_of(scene: Scene) -> Sphere:
 def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
     """The limits of a body that falls together as shells."""
     numerics = scene.numerics
-    eta = smoothing(scene)[0]
     body = _shells(scene, sphere)
     moments = shells.followed(body, end)
     support = KERNELS[numerics.kernel].support
     viscosity: Any = scene.effects.get("viscosity")
-    every, longest, time, signal, alpha = [], [], 0.0, np.zeros(shells.SHELLS), np.zeros(shells.SHELLS)
+    every, longest, passing, time = [], [], [], 0.0
+    signal, alpha = np.zeros(shells.SHELLS), np.zeros(shells.SHELLS)
     for moment in moments:
-        length = eta * (sphere.particle_mass / moment.density) ** (1.0 / 3.0)
+        length = _length(scene, sphere, moment.density)
         reach = support * length
         alpha, signal = alpha[-len(length) :], signal[-len(length) :]  # of those that no sink has taken
         if viscosity is not None:
@@ -274,9 +289,13 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
         signal, time = shells.signals(moment, reach, viscosity, alpha), moment.time
         every.append(_allowed(scene, moment.density, length, signal, np.abs(moment.acceleration)))
         longest.append((numerics.free_fall_factor or math.inf) / math.sqrt(moment.density.max()))
+        turning = np.sqrt(1.5 * body.turning[-len(length) :]) / moment.radius
+        passing.append(passed(length.min(), np.hypot(moment.speed, turning).max()))
     usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
-    return Limits(times, np.array([limits.min() for limits in every]), np.array(usual), np.array(longest))
+    return Limits(
+        times, np.array([limits.min() for limits in every]), np.array(usual), *map(np.array, (longest, passing))
+    )
 
 
 def _limits_of_planet(scene: Scene, end: float, stirred: bool) -> Limits:
@@ -317,8 +336,7 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     density = mass / (4.0 / 3.0 * math.pi * np.diff(radius**3, prepend=0.0))
     constant = _stated_constant(scene, initial, sphere.gamma)
     if constant is None and getattr(fluid, "constant", None) is not None:  # the one that the body's centre has
-        central = float(initial.profile.density(np.array(0.0))) * total / sphere.size**3
-        constant = sphere.sound**2 / (sphere.gamma * central ** (sphere.gamma - 1.0))
+        constant = sphere.sound**2 / (sphere.gamma * sphere.densest ** (sphere.gamma - 1.0))
     if body.specific_internal_energy is not None:
         energy = float(units.to_code(body.specific_internal_energy, "specific_energy"))
         pressure = (sphere.gamma - 1.0) * energy * density
@@ -334,7 +352,7 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     sinks, sink = scene.effects.get("sinks"), None
     if sinks is not None:
         sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
-    turning = (0.0 if body.spin is body else _spin(scene, initial, places)) * radius**4
+    turning = (0.0 if body.spin is body else _spin(scene, initial, sphere.gravity, places)) * radius**4
     return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink)
 
 
@@ -352,27 +370,29 @@ def _stated_constant(scene: Scene, initial: Initial, gamma: float) -> float | No
     return float(body.entropy) if body.entropy is not None and body.isentropic else None
 
 
-def _spin(scene: Scene, initial: Initial, s: np.ndarray) -> np.ndarray:
-    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius."""
+def _spin(scene: Scene, initial: Initial, weight: float, s: np.ndarray) -> np.ndarray:
+    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius, in a sphere of that W."""
     units = code_units(scene)
     body: Any = scene.body
     if initial.shells is not None and body.rotation is None and initial.shells.angular_velocity is not None:
         rate = initial.shells.at(units.to_code(initial.shells.angular_velocity, "angular_velocity"), s)
         return 2.0 / 3.0 * (body.rotation_factor * rate) ** 2
-    return np.full_like(s, _uniform_spin(scene))
+    return np.full_like(s, _uniform_spin(scene, weight))
 
 
-def _uniform_spin(scene: Scene) -> float:
-    rotation: Any = scene.body.rotation
+def _uniform_spin(scene: Scene, weight: float) -> float:
+    rotation: Any = scene.body.spin
     if rotation is None:
         return 0.0
+    if getattr(rotation, "t_over_w", None) is not None:
+        return 2.0 * rotation.t_over_w * weight
     units = code_units(scene)
     rate = getattr(rotation, "rate", None)
     if rate is not None:
         return 2.0 / 3.0 * float(units.to_code(rate, "angular_velocity")) ** 2
     if getattr(rotation, "period", None) is not None:
         return 2.0 / 3.0 * (2.0 * math.pi / float(units.to_code(rotation.period, "time"))) ** 2
-    if getattr(rotation, "breakup_fraction", None) is not None:
+    if rotation is not scene.body and getattr(rotation, "breakup_fraction", None) is not None:
         return 2.0 / 3.0 * breakup_rate(scene, units) ** 2
     return 0.0
 
@@ -452,13 +472,18 @@ def _limit_by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
 def _steps_at(scene: Scene, sphere: Sphere, times: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """The shortest limit at those times, when it has those sizes, (K,)."""
     density = sphere.densest / sizes**3
-    length = smoothing(scene)[0] * (sphere.particle_mass / density) ** (1.0 / 3.0)
+    length = _length(scene, sphere, density)
     signal = sphere.sound * np.sqrt(sphere.entropy(times)) * sizes ** (-1.5 * (sphere.gamma - 1.0))
     if sphere.sound > 0.0:
         rates = np.abs(np.gradient(sizes, times)) / sizes
         signal = signal + rates * KERNELS[scene.numerics.kernel].support * length
     pull = np.maximum(sphere.gravity, sphere.pressure) * sphere.size / sizes**2
     return _allowed(scene, density, length, signal, pull)
+
+
+def _length(scene: Scene, sphere: Sphere, density: np.ndarray) -> np.ndarray:
+    """Smoothing lengths (K,) at densities."""
+    return smoothing(scene)[0] * (sphere.particle_mass / density) ** (1.0 / 3.0)
 
 
 def _allowed(

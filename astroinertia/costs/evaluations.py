@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +26,13 @@ ROUNDED = 1.0 / (0.95 * math.log(2.0))
 EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
 REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
 REST_OF_REGION = 0.35  # over that rest: a ledger of its own
-# Over that rest, of a periodic box: images are made, chosen and put in order (0.7 to 1.5 in four standard problems).
-REST_OF_BOX = 1.0
+# Over the same, of a periodic box: images are made, chosen and put in order, and each of them is summed over
+# (0.8 to 1.2 of what seven standard problems of 320 to 4000 particles take for them).
+REST_OF_BOX, REST_OF_IMAGE = 0.3, 2.0
+IMAGES_REACH = 1.1  # times that of kernels, that images are made for (engines.periodic)
+# Over the fixed part of that rest: all pairs of so many groups of particles, as in models.sph.limits, of whom it is
+# looked at when they may meet (0.8 to 1.2 in seven scenes of sims/, of 500 and of 5000 particles).
+REST_OF_MEETING, GROUPS = 0.8, 256
 PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of the calibration's cloud
 
 
@@ -34,7 +40,8 @@ PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of th
 class Counts:
     """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps.
 
-    done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1.
+    done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. looked: in what share
+    of the steps it has to be looked at whether matter that is apart may meet.
     """
 
     steps: float
@@ -42,12 +49,14 @@ class Counts:
     ends: float
     by: str
     done: tuple[float, ...]
+    looked: float = 0.0
 
     def at_most(self, steps: float) -> "Counts":
         """The same run, ended after so many steps."""
         part = min(1.0, steps / self.steps)
         done = tuple(min(1.0, share / part) for share in self.done)
-        return Counts(part * self.steps, part * self.evaluations, part * self.ends, self.by, done)
+        counts = (part * self.steps, part * self.evaluations, part * self.ends)
+        return Counts(*counts, self.by, done, self.looked)
 
     def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
@@ -66,7 +75,7 @@ class Counts:
             work = work + active * ((met - steps) - (ends - own))
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
-        return Counts(float(steps.sum()), float(work.sum()), float(met.sum()), self.by, done)
+        return Counts(float(steps.sum()), float(work.sum()), float(met.sum()), self.by, done, self.looked)
 
 
 def rounded_up(steps: np.ndarray) -> np.ndarray:
@@ -88,7 +97,7 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     def passed(name: str) -> Seconds:
         return costs[f"fixed.{name}"] + more * costs[f"{scene.precision}.{name}"]
 
-    near = [kind for kind in scene.effects if kind == "gravity" or scene.entries[kind].cost == "neighbours"]
+    near = [kind for kind in scene.effects if _near(scene, kind)]
     parts = {"density": passed("density")}
     for kind in near:
         part = FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")
@@ -105,8 +114,18 @@ def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seco
     if scene.regions:
         parts["regions"] = len(scene.regions) * REST_OF_REGION * rest
     if scene.box is not None:
-        parts["images beyond the box"] = REST_OF_BOX * rest
+        beyond = REST_OF_IMAGE * images(scene, particles)
+        parts["images beyond the box"] = REST_OF_BOX * costs["fixed.rest"] + beyond * costs["rest"]
     return parts | {"drift, ledger and time step": common * rest}
+
+
+def images(scene: Scene, particles: int) -> float:
+    """How many images so many particles have that fill a box evenly: those within reach of what is in it."""
+    box: Any = scene.box
+    lengths = np.array(box.lengths)
+    reach = (lengths.prod() / particles * smoothing(scene)[1] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+    along = 1.0 + 2.0 * IMAGES_REACH * reach / lengths[np.array(box.repeats)]
+    return particles * (float(along.prod()) - 1.0)
 
 
 def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
@@ -123,8 +142,14 @@ def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
 def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:
     """What all steps of a run take, by their parts."""
     plain = evaluation(scene, particles, machine)
+    apart = {}
+    if counts.looked > 0.0 and any(name in plain for name in scene.effects if _near(scene, name)):
+        groups = min(1.0, particles / GROUPS)
+        apart["matter that may meet"] = (
+            counts.steps * counts.looked * groups**2 * REST_OF_MEETING * machine.seconds["fixed.rest"]
+        )
     if scene.numerics.timesteps == "global":
-        return {name: counts.steps * cost for name, cost in plain.items()}
+        return {name: counts.steps * cost for name, cost in plain.items()} | apart
     # A few active particles take their share of every pass, and nested sets are summed over again; each base step takes
     # what it does to begin, and each end of an interval what it takes by itself.
     costs = machine.seconds
@@ -137,7 +162,12 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     ends = counts.ends * costs["individual.end"]
     if scene.regions:
         ends = ends + counts.ends * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
-    return parts | {"beginnings of base steps": begun, "ends of intervals": ends}
+    return parts | {"beginnings of base steps": begun, "ends of intervals": ends} | apart
+
+
+def _near(scene: Scene, kind: str) -> bool:
+    """Whether an effect acts between neighbours; gravity does by its softening."""
+    return kind == "gravity" or scene.entries[kind].cost == "neighbours"
 
 
 def _over(part: Seconds, whole: Seconds) -> Seconds:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from astroinertia.costs.limits import USUAL, Limits
+from astroinertia.costs.limits import USUAL, Limits, passed
 from astroinertia.costs.signals import LEAST, agreement, fastest
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
@@ -18,6 +18,8 @@ from astroinertia.sph.kernels import KERNELS
 from astroinertia.test_problems.matter import standard
 
 MOMENTS = 13
+DISORDER = 0.05  # of the speed of sound, with which particles stir their neighbours
+MANY = 20_000  # particles, of which lattices have about as many as they are asked for
 TRACERS = 500  # about, at most: of more particles smoothing lengths are shorter, and flows the same
 
 
@@ -35,30 +37,53 @@ def limits(scene: Scene, end: float) -> Limits:
     position, velocity, energy = matter.position, matter.velocity, matter.internal_energy
     begins = 0.0 if problem.begins is None else problem.begins(float(matter.mass[0]), gamma)
     eta, neighbours = smoothing(scene)
-    times, steps = np.linspace(0.0, end, MOMENTS), []
+    kernel = KERNELS[numerics.kernel]
+    times, steps, passing = np.linspace(0.0, end, MOMENTS), [], []
     for time in times[: 1 if problem.exact is None else MOMENTS]:
         around, apart, reach = _neighbourhoods(position, lengths, round(neighbours))
-        length = reach / KERNELS[numerics.kernel].support
+        length = reach / kernel.support
         if time > begins and problem.exact is not None:
             flow = problem.exact(position, float(time), lengths, gamma)
+            weight = kernel.w(np, np.linalg.norm(apart, axis=2) / length[:, None]) / kernel.w(np, 0.0)
+            velocity, pressure = (_spread(of, around, weight) for of in (flow.velocity, flow.pressure[:, None]))
             density = matter.mass * (eta / length) ** 3
-            velocity, energy = flow.velocity, flow.pressure / ((gamma - 1.0) * density)
+            energy = pressure[:, 0] / ((gamma - 1.0) * density)
         sound = np.sqrt(gamma * (gamma - 1.0) * energy)
-        signal = signals(around, apart, velocity, sound, scene.effects.get("viscosity"))
+        signal = signals(around, apart, velocity, sound, length, scene.effects.get("viscosity"))
         steps.append(numerics.courant * np.quantile(length / signal, [0.0, USUAL]))
+        passing.append(
+            passed(float(length.min()), float(np.linalg.norm(velocity - velocity.mean(axis=0), axis=1).max()))
+        )
         position = position + velocity * times[1]
-    finer = (count / body.particles) ** (1.0 / 3.0)
+    finer = (len(matter.mass) / placed(scene)) ** (1.0 / 3.0)
     shortest, usual = finer * np.broadcast_to(np.transpose(steps), (2, MOMENTS))
-    return Limits(times, shortest, usual)
+    return Limits(times, shortest, usual, passing=finer * np.broadcast_to(passing, MOMENTS))
+
+
+def placed(scene: Scene) -> int:
+    """How many particles a body of the kind standard has: its lattices have numbers of their own."""
+    body: Any = scene.body
+    fluid: Any = scene.equation_of_state
+    if body.particles > MANY:
+        return body.particles
+    lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
+    return len(standard(body.problem).place(body.particles, lengths, fluid.gamma).mass)
+
+
+def _spread(values: np.ndarray, around: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Values (N, ...) as smoothed particles have them, whose shocks are as wide as kernels: means over neighbours."""
+    return (values + np.einsum("nk,nki->ni", weight, values[around])) / (1.0 + weight.sum(axis=1))[:, None]
 
 
 def signals(
-    around: np.ndarray, apart: np.ndarray, velocity: np.ndarray, sound: np.ndarray, viscosity: Mapping[str, Any] | None
-) -> np.ndarray:
+    around: np.ndarray, apart: np.ndarray, velocity: np.ndarray, sound: np.ndarray, length: np.ndarray,
+    viscosity: Mapping[str, Any] | None,
+) -> np.ndarray:  # fmt: skip
     """The fastest signal (N,) between particles and their neighbours (N, K), which are (N, K, 3) away from them.
 
-    Of many particles in disorder some have the full viscosity, whatever switch or limiter it has. Where shear is faster
-    than sound, pressure does not keep layers in order, and no reconstruction takes it out.
+    length (N,): smoothing lengths. Of many particles in disorder some have the full viscosity, whatever switch it has,
+    and whatever limiter where nothing but disorder shears them. Where shear is faster than sound, pressure does not
+    keep layers in order: neither limiter nor reconstruction knows it from a shock.
     """
     distance = np.linalg.norm(apart, axis=2)
     relative = velocity[around] - velocity[:, None]
@@ -69,9 +94,15 @@ def signals(
     mine = (apart @ gradient * apart).sum(axis=2) / distance
     other = ((apart[:, :, None] @ gradient[around])[:, :, 0] * apart).sum(axis=2) / distance
     turning = 0.5 * ((gradient - gradient.transpose(0, 2, 1)) ** 2).sum(axis=(1, 2))
-    sheared = turning > np.trace(gradient, axis1=1, axis2=2) ** 2
-    trusted = np.where(sheared[:, None] & (np.abs(rate) > mean_sound), 0.0, agreement(mine, other))
-    alpha = 0.0 if viscosity is None else viscosity["alpha_max"]
+    converging = np.trace(gradient, axis1=1, axis2=2) ** 2
+    disordered = (turning > converging)[:, None] & (np.abs(rate) > mean_sound)
+    trusted = np.where(disordered, 0.0, agreement(mine, other))
+    alpha: Any = 0.0 if viscosity is None else viscosity["alpha_max"]
+    if viscosity is not None and viscosity["limiter"] != "none":
+        noise = (DISORDER * sound / length) ** 2
+        full = np.maximum(noise + converging, LEAST)
+        spared = full / (full + turning)
+        alpha = alpha * np.where(disordered, 1.0, 0.5 * (spared[:, None] + spared[around]))
     signal = fastest(rate, mean_sound, viscosity, alpha, 0.5 * (mine + other), trusted)
     return np.maximum(np.maximum(signal.max(axis=1), sound), LEAST)
 

@@ -1,20 +1,31 @@
 """What limits the steps of a run in the course of its time."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+DEPTH = 0.5  # smoothing lengths that matter may go into other matter in one step, as in models.sph.limits
 USUAL = 0.95  # of the matter, whose limits a base step is longer than: 1.8/1.9, of the costs in models.sph.intervals
 
 
 @dataclass(frozen=True)
 class Limits:
-    """At times (K,): the shortest limit of all matter, what most of it is below, and the longest step (inf: any)."""
+    """At times (K,): the shortest limit of all matter, what most of it is below, and the longest step (inf: any).
+
+    passing: from which step on it has to be looked at whether matter that is apart may meet in it.
+    """
 
     times: np.ndarray
     shortest: np.ndarray
     usual: np.ndarray
     longest: np.ndarray | float = np.inf
+    passing: np.ndarray | float = np.inf
+
+
+def passed(length: Any, speed: Any) -> Any:
+    """The longest step in which nothing, at most that fast about the middle, goes deep into what is apart."""
+    return 0.5 * DEPTH * length / np.maximum(speed, 1e-300)
 
 
 NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones(1))

@@ -8,10 +8,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.costs import course, experience, piloted, smooth
+from astroinertia.costs import course, experience, flows, piloted, smooth
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.process.stopwatch import Seconds, total
+from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 
@@ -80,7 +81,7 @@ def predict(scene: Scene, machine: Machine) -> Prediction | None:
 def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     if scene.model != "sph":
         return _without_particles(scene, machine)
-    particles = scene.particles
+    particles = _placed(scene)
     if particles is None or scene.numerics.engine != "numba_cpu":
         return None
     own = counted(scene)
@@ -107,6 +108,11 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened)
 
 
+def _placed(scene: Scene) -> int | None:
+    """How many particles a scene will have, which lattices round; None where only a table knows."""
+    return flows.placed(scene) if isinstance(scene.body, StandardBody) and scene.particles else scene.particles
+
+
 def counted(scene: Scene) -> Counts | None:
     """How many steps particles take to the end, if they meet no time but that; None where that is not known.
 
@@ -123,8 +129,8 @@ def counted(scene: Scene) -> Counts | None:
     done = tuple(map(float, estimate.steps / steps))
     if scene.numerics.timesteps == "individual":
         ends = float(estimate.ends[-1])
-        return Counts(base, base + ACTIVE * (ends - base), ends, "an estimate", done)
-    return Counts(steps, steps, steps, "an estimate", done)
+        return Counts(base, base + ACTIVE * (ends - base), ends, "an estimate", done, estimate.looked)
+    return Counts(steps, steps, steps, "an estimate", done, estimate.looked)
 
 
 def _times_to_meet(scene: Scene) -> float:

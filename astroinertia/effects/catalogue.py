@@ -336,7 +336,6 @@ CATALOGUE: Mapping[str, Entry] = {
         size=sizes.SHEAR_VISCOSITY,
         colour="green",
         limit_power=2.0 / 3.0,
-        gradients=lambda options: True,
     ),
     "radiation_reaction": Entry(
         "astroinertia.effects.radiation_reaction",

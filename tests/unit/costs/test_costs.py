@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
-from astroinertia.costs.evaluations import Counts, run_of_steps
+from astroinertia.costs.evaluations import Counts, images, run_of_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
+from astroinertia.effects.catalogue import CATALOGUE, build
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene import load
 from tests.sims import single_scenes
@@ -360,14 +361,51 @@ def test_a_pilot_is_kept_for_every_number_of_particles_and_a_broken_one_is_none(
         assert piloted.kept(scene) is None, broken
 
 
-def test_steps_at_rest_are_those_of_sound_at_the_centre():
+def test_steps_at_rest_are_those_of_sound_where_particles_see_it_densest():
     scene = load.loads(STAR)
     sphere = course.sphere_of(scene)
     # Chandrasekhar (1939): rho_c/mean = 5.99 and P_c = 0.770 G M^2/R^4 for n = 1.5.
     assert sphere.densest == pytest.approx(5.99 * 3.0 / (4.0 * math.pi), rel=0.25)  # over a kernel, less than central
-    assert sphere.sound**2 == pytest.approx(5.0 / 3.0 * 0.770 / (5.99 * 3.0 / (4.0 * math.pi)), rel=0.02)
+    central = 5.99 * 3.0 / (4.0 * math.pi)
+    thinner = (sphere.densest / central) ** (2.0 / 3.0)
+    assert sphere.sound**2 == pytest.approx(5.0 / 3.0 * 0.770 / central * thinner, rel=0.02)
     length = 1.3 * (1e-3 / sphere.densest) ** (1.0 / 3.0)
     assert course.done(scene).steps[-1] == pytest.approx(4.0 / (0.3 * length / sphere.sound), rel=0.02)
+
+
+def test_effects_that_have_a_pass_over_gradients_are_those_of_which_one_is_predicted():
+    choices = [("pressure", {}), ("pressure", {"order": "fourth"}), ("pressure", {"gradients": "integral"}),
+               ("viscosity", {}), ("viscosity", {"switch": "none"}), ("conduction", {}),
+               ("viscosity", {"switch": "none", "limiter": "none"}),
+               ("shear_viscosity", {"kinematic_viscosity": 0.1})]  # fmt: skip
+    for kind, options in choices:
+        entry = CATALOGUE[kind]
+        stated = {name: option.default for name, option in entry.options.items()} | options
+        said = entry.gradients is not None and entry.gradients(stated)
+        assert said == bool(build(kind, options).gradient_terms), (kind, options)
+
+
+def test_a_box_has_the_images_that_are_in_reach_of_its_faces():
+    scene = load.load_file(ROOT / "sims" / "kelvin_helmholtz.toml", ["body.particles=3200"])
+    place = np.random.default_rng(1).random((3200, 3)) * np.array(scene.box.lengths)
+    reach = 1.1 * (0.125 / 3200 * 60.0 * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+    wide = np.array(scene.box.lengths) + 2.0 * reach
+    moved = place + scene.box.lengths * (np.indices((5, 5, 5)).reshape(3, -1).T - 2.0)[:, None]
+    seen = (np.abs(moved - 0.5 * np.array(scene.box.lengths)) < 0.5 * wide).all(axis=2).sum()
+    assert images(scene, 3200) == pytest.approx(seen - 3200, rel=0.03)
+
+
+def test_matter_that_flies_apart_faster_than_sound_is_looked_at_for_what_it_may_meet():
+    still = predicted()
+    assert "steps: matter that may meet" not in still.parts
+    flies = predicted(text=STAR.replace("[effects.gravity]", "").replace(
+        "radius = 1.0", "radius = 1.0\nvelocity_gradient = [[3.0, 0, 0], [0, 3.0, 0], [0, 0, 3.0]]"
+    ))  # fmt: skip
+    part = flies.parts["steps: matter that may meet"].processor
+    # 256 groups, as their scales grow apart: from 1.3 ms a step, as was measured, to none where it has become cold.
+    assert 0.1 < part / (flies.steps * 1.3e-3) < 1.1
+    turns = predicted("body.rotation.t_over_w=0.4")
+    assert "steps: matter that may meet" in turns.parts
 
 
 def test_a_sphere_falls_in_the_free_fall_time():

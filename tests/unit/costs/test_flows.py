@@ -11,6 +11,7 @@ from astroinertia.effects import pressure, viscosity
 from astroinertia.scene import load
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
 from astroinertia.test_problems import noh, sedov
+from astroinertia.test_problems.matter import standard
 from tests.sims import SIMS
 
 OPTIONS = {"alpha_max": 1.0, "beta": 4.0, "limiter": "none"}
@@ -75,6 +76,31 @@ def test_an_explosion_is_that_of_a_point_once_it_has_left_where_it_began():
     assert steps[-1] > steps[times > begins][0]  # it slows down
 
 
-def test_eight_times_the_particles_take_twice_the_steps():
-    few, many = (flows.limits(of("sod", f"body.particles={count}"), 0.2).shortest for count in (2000, 16000))
-    assert few == pytest.approx(2.0 * many)
+@pytest.mark.parametrize("problem", ["sod", "noh", "kelvin_helmholtz"])
+def test_as_many_particles_are_counted_as_are_placed(problem):
+    scene = of(problem)
+    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    assert flows.placed(scene) == len(standard(problem).place(500, lengths, 5 / 3).mass) != 500
+    many = of(problem, "body.particles=50000000")
+    assert flows.placed(many) == 50_000_000  # which are not placed for that
+
+
+def test_viscosity_is_spared_in_layers_that_slide_slower_than_sound():
+    """Of Kelvin and Helmholtz: with the full viscosity the shear of 1 is a signal of c + 1/2 + c + 4/2 at least."""
+    scene = of("kelvin_helmholtz")
+    effects = scene.effects | {"viscosity": scene.effects["viscosity"] | {"limiter": "none"}}
+    limited, plain = (
+        flows.limits(one, 1.5).shortest[0] for one in (scene, scene.model_copy(update={"effects": effects}))
+    )
+    quiet = (
+        0.3 * eta_for_neighbours(KERNELS["quartic"], 60) * (0.125 / 400 * 1.5) ** (1 / 3) / (2.0 * math.sqrt(25 / 6))
+    )
+    assert plain < 0.7 * quiet
+    assert limited == pytest.approx(quiet, rel=0.15)
+
+
+def test_more_particles_take_more_steps_by_the_cube_root_of_how_many_are_placed():
+    few, many = (of("sod", f"body.particles={count}") for count in (2000, 16000))
+    more = (flows.placed(many) / flows.placed(few)) ** (1 / 3)
+    assert 1.7 < more < 2.3
+    assert flows.limits(few, 0.2).shortest == pytest.approx(more * flows.limits(many, 0.2).shortest)
