@@ -24,6 +24,7 @@ from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.numba_passes import virial_effects
 from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
@@ -34,7 +35,8 @@ from tests.full_results import LEVELS
 ROOT = Path(__file__).parent.parent
 ARM64 = "aarch64-unknown-linux-gnu"
 KERNEL, ETA, COUNT, ACCURACY = "wendland_c2", 1.3, 1200, 1e-4
-assert COUNT > FEW  # few particles do without some of the programs
+FEWER = 500
+assert COUNT > FEW > FEWER  # which have programs of their own
 PRECISIONS = ("float64", "mixed")
 PASSES = {"gradients": (VELOCITY_GRADIENT, TREND), "forces": (PRESSURE, GUARDED)}
 
@@ -107,7 +109,25 @@ def sums_of_a_step(precision):
     found |= {f"direct {key}": value for key, value in direct.items()}
     strength = np.linalg.norm(direct["acceleration"], axis=1)
     fast = multipole.gravity(mass, position, lengths, KERNEL, ACCURACY, strength, precision=precision)
-    return found | dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
+    found |= dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
+    return found | sums_of_few(fields)
+
+
+def sums_of_few(given):
+    """Sums over neighbours and all pairs of some of the particles, which have programs of their own in float64."""
+    fields, engine = {name: array[:FEWER].copy() for name, array in given.items()}, Engine()
+    _, arrangement = engine.arrange(fields["position"], np.ones(FEWER))  # in the order that they have: any leaves do
+    guess = fields["position"], fields["mass"], fields["smoothing_length"]
+    solved = vars(engine.density(arrangement, KERNEL, *guess, ETA, 1e-14, True))
+    found = {f"few {name}": value for name, value in solved.items()}
+    fields["smoothing_length"] = solved["smoothing_length"]
+    for name, terms in PASSES.items():
+        outputs = engine.neighbour_sums(arrangement, KERNEL, terms, fields)
+        found |= {
+            f"few {name} {effect} {key}": value for effect, each in outputs.items() for key, value in each.items()
+        }
+    direct = engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)["gravity"]
+    return found | {f"few direct {key}": value for key, value in direct.items()}
 
 
 def programs():
@@ -123,7 +143,15 @@ def programs():
             multipole._module(order, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}
-    return modules
+    few = [
+        numba_modules.density_pass(KERNEL, "float64", True, few=True)[0],
+        *(
+            numba_modules.few_neighbour_pass(KERNEL, terms, bool(virial_effects(terms))).module
+            for terms in PASSES.values()
+        ),
+        numba_modules.few_all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), True).module,
+    ]
+    return modules | {module.__name__.rpartition("_")[0]: module for module in few}
 
 
 def entries(module):

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.few import FEW
 from astroinertia.process.kept_programs import processor
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.storage import cache
 
-_VERSION = 2  # part of the keys: raise it when what they depend on changes
+_VERSION = 3  # part of the keys: raise it when what they depend on changes
 _OF_NO_EFFECT = 2.0  # what neighbours, densities and multipoles take to compile, over what an effect takes
 
 
@@ -41,11 +42,17 @@ def note(scene: Scene) -> None:
         cache.save("placed", _bodies(scene), {"done": np.ones(1)})
 
 
+def few(scene: Scene) -> bool:
+    """Whether a scene's particles are few, which have programs of their own."""
+    return scene.particles is not None and scene.particles <= FEW and scene.precision == "float64"
+
+
 def _loops(scene: Scene) -> dict[str, float]:
     """Keys of what is compiled apart, and how much it is: by effect and precision (records are in float64)."""
     numerics, fluid = scene.numerics, scene.equation_of_state
     common: dict[str, Any] = {
-        "kernel": numerics.kernel, "engine": numerics.engine, "box": scene.box is not None, "processor": processor(),
+        "kernel": numerics.kernel, "engine": numerics.engine, "box": scene.box is not None, "few": few(scene),
+        "processor": processor(),
         "versions": [version(package) for package in ("astroinertia", "numba", "numpy")],
         "place": os.environ.get("NUMBA_CACHE_DIR", ""), "marks": _VERSION,
     }  # fmt: skip

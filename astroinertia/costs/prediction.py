@@ -28,6 +28,8 @@ SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
 ACTIVE = 0.5  # of the particles, where intervals end within a base step
+# Of what more particles compile: 4.5 s of 36 in sims/pulsar_collapse (tests/benchmarks/results/first_runs.md).
+COMPILED_BY_FEW = 0.13
 PREPARATION = ("start-up", "compiling", "placing", "settling")
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
@@ -92,7 +94,7 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     costs = machine.seconds
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if (left := experience.left_to_compile(scene)) > 0.0:
-        parts["compiling"] = left * costs["compile.sph"]
+        parts["compiling"] = left * (COMPILED_BY_FEW if experience.few(scene) else 1.0) * costs["compile.sph"]
     if not experience.placed(scene):
         parts |= _placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)

@@ -4,7 +4,8 @@ A step has much to do between its sums over pairs, and numpy would carry whole a
 operation. Functions are written as pair functions are, on plain scalars over a namespace, with xp.exp, log, power,
 floor, int64 and take besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain
 number as it is, and a `Table` as the whole of it, whose entries are had by xp.take(table, xp.int64(index)); and they
-return such things. With jax.numpy they are called on whole arrays as they stand.
+return such things. With jax.numpy they are called on whole arrays as they stand, and so with numpy where particles are
+few: a program takes 0.1 to 0.7 s to compile, and saves some 50 us of a call.
 
 Loops go over fixed chunks of particles, and sums add up chunks in their order: the bits do not depend on the threads.
 """
@@ -23,11 +24,13 @@ from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.process.few import FEW
 
 Array = Any
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
 ALONE = 16384  # particles a thread must have to be worth starting: loops take some 1 to 10 ns each, to start it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
+SHAPES = {width: shape for shape, width in WIDTHS.items()}
 WHOLE = "whole"  # the kind of a table
 CALLS = NAMESPACE_CALLS | {name: name for name in ("exp", "log", "power")}
 CALLS |= {"floor": "np.floor", "int64": "np.int64", "take": "table_entry"}
@@ -91,10 +94,12 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     itself is such a tuple too, of one. Raises ValueError for what cannot be compiled.
     Tests: tests/unit/engines/test_elementwise.py.
     """
+    count = _count(arguments)
     if xp is not np:
-        count = next(a.shape[0] for a in arguments if getattr(a, "ndim", 0))
         return tuple(_joined(xp, value, count) for value in function(xp, *map(_apart, arguments)))
-    flat, kinds, count = _flat(arguments)
+    if count <= FEW:
+        return tuple(_in_rows(parts, count) for parts in _of_few(function, arguments, count))
+    flat, kinds = _flat(arguments, count)
     loop, shapes = _each(function, kinds)
     results = [np.empty((count, *shape)) for shape in shapes]
     _run(loop, count, *flat, *(result.reshape(-1) for result in results))
@@ -110,12 +115,15 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     if xp is not np:
         results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]
         return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*results, strict=True))
-    shared, kinds, count = _flat(arguments)
+    if (count := _count(arguments)) <= FEW:
+        values = [_of_few(function, (*arguments, *more), count) for more in cases]
+        return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
+    shared, kinds = _flat(arguments, count)
     flat = [_flat(more, count) for more in cases]
     loop, shapes = _sums(function, kinds, flat[0][1], len(cases))
     widths = [WIDTHS[shape] for shape in shapes]
     parts = np.zeros((len(cases), sum(widths), max(1, -(-count // CHUNK))))
-    _run(loop, count, *shared, *(a for more, _, _ in flat for a in more), parts)
+    _run(loop, count, *shared, *(a for more, _ in flat for a in more), parts)
     # Along the last axis numpy adds pairwise.
     sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
     return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
@@ -143,6 +151,49 @@ def sum_of_vectors(xp, a, b):
 SUMS = {(): sum_of_numbers, (3,): sum_of_vectors}
 
 
+def _of_few(function: Callable, arguments: Sequence[Array], count: int) -> list[list[Array]]:
+    """What it returns for so many particles, computed by numpy: the components of each thing."""
+
+    def given(argument: Array) -> Any:
+        if isinstance(argument, Table):
+            return np.asarray(argument.entries, dtype=np.float64)
+        return _apart(_rows(argument, count))
+
+    with np.errstate(all="ignore"):
+        return [_parts(value) for value in function(np, *map(given, arguments))]
+
+
+def _in_rows(parts: Sequence[Array], count: int) -> Array:
+    rows = np.empty((count, len(parts)))
+    for k, part in enumerate(parts):
+        rows[:, k] = part
+    return rows.reshape(count, *SHAPES[len(parts)])
+
+
+def _summed_up(cases: Sequence[Sequence[Array]], count: int) -> Array:
+    terms = np.empty((len(cases), len(cases[0]), count))
+    for case, parts in zip(terms, cases, strict=True):
+        for row, part in zip(case, parts, strict=True):
+            row[:] = part
+    return terms.sum(axis=2).reshape(len(cases), *SHAPES[len(cases[0])])
+
+
+def _parts(value: Any) -> list[Array]:
+    return [part for each in value for part in _parts(each)] if isinstance(value, tuple) else [value]
+
+
+def _count(arguments: Sequence[Array]) -> int:
+    return next((len(a) for a in arguments if getattr(a, "ndim", 0)), 0)
+
+
+def _rows(argument: Array, count: int) -> Array:
+    """The argument, which has a row for each particle or is a plain number."""
+    array = np.asarray(argument, dtype=np.float64)
+    if array.ndim and (array.shape[1:] not in WIDTHS or array.shape[0] != count):
+        raise ValueError(f"cannot work on each particle of an array of shape {array.shape}")
+    return array if array.ndim else array[()]
+
+
 def _run(loop: Callable, count: int, *arrays: Array) -> None:
     share_out(loop, max(1, min(available_threads(), count // ALONE)), count, *arrays)
 
@@ -150,25 +201,18 @@ def _run(loop: Callable, count: int, *arrays: Array) -> None:
 Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, None for a number
 
 
-def _flat(arguments: Sequence[Array], count: int = 0) -> tuple[list[Array], tuple[Kind, ...], int]:
-    """Arrays in one dimension and numbers, the kind of each, and the number of rows."""
+def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Kind, ...]]:
+    """Arrays in one dimension and numbers, and the kind of each."""
     flat, kinds = [], []
     for argument in arguments:
         if isinstance(argument, Table):
             flat.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
             kinds.append(WHOLE)
             continue
-        array = np.asarray(argument, dtype=np.float64)
-        if array.ndim == 0:
-            flat.append(float(array))
-            kinds.append(None)
-            continue
-        if array.shape[1:] not in WIDTHS or array.shape[0] != (count or array.shape[0]):
-            raise ValueError(f"cannot work on each particle of an array of shape {array.shape}")
-        count = array.shape[0]
-        flat.append(np.ascontiguousarray(array).reshape(-1))
-        kinds.append(array.shape[1:])
-    return flat, tuple(kinds), count
+        array = _rows(argument, count)
+        flat.append(np.ascontiguousarray(array).reshape(-1) if array.ndim else float(array))
+        kinds.append(array.shape[1:] if array.ndim else None)
+    return flat, tuple(kinds)
 
 
 @functools.lru_cache(maxsize=512)

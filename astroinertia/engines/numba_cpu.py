@@ -13,9 +13,18 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
-from astroinertia.engines.numba_modules import all_pairs_pass, density_pass, lists_pass, neighbour_pass
+from astroinertia.engines.few_sources import rows_of, sources_of, tables_of
+from astroinertia.engines.numba_modules import (
+    FewPass,
+    all_pairs_pass,
+    density_pass,
+    few_all_pairs_pass,
+    few_neighbour_pass,
+    lists_pass,
+    neighbour_pass,
+)
 from astroinertia.engines.numba_parts import GROUP
-from astroinertia.engines.numba_passes import INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.together import ALONE, Alone, Part
@@ -135,8 +144,11 @@ class Engine:
         smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, targets that are
         not listed or lengths grown by more than LISTED makes lists for itself. Whoever changes the positions within
         their array must list again before they have moved by as much as the lengths were handed in too large.
+        Programs of few particles need none.
         """
         self.together.rebalance()
+        if self._few(len(position)):
+            return arrangement
         mine, _ = self._part(arrangement, _targets(arrangement, targets))
         lists = self._lists(arrangement, mine, kernel, _array(position), LISTED * _array(smoothing_length))
         return replace(arrangement, lists=lists)
@@ -171,7 +183,8 @@ class Engine:
         Raises ValueError if guess or mass is not positive, or if no smoothing length can hold enough particles.
         """
         position, mass, guess = _array(position), _array(mass), _array(guess)
-        _, function = density_pass(kernel, self.precision, softening, len(mass) > FEW)
+        few = self._few(len(mass))
+        _, function = density_pass(kernel, self.precision, softening, few)
         chosen = _targets(arrangement, targets)
         first = guess if targets is None else guess[chosen.indices]
         if np.min(first, initial=1.0) <= 0.0 or (targets is None and np.min(mass, initial=1.0) <= 0.0):
@@ -179,19 +192,23 @@ class Engine:
         if targets is None and mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
         mine, part = self._part(arrangement, chosen)
-        lists = self._held_lists(arrangement, mine, kernel, position, guess, LISTED)
-        nodes, leaves = lists.nodes, arrangement.leaves
-        sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
-        smallest = 1e-12 * float(
-            np.sqrt((sides**2).sum())
-        )  # where many particles lie in one place, no h is small enough
+        if few:
+            sides = np.ptp(position, axis=0)
+            sources = rows_of((*AXES, "mass"), sources_of(position, mass, guess), KERNELS[kernel].support)
+            given = sources, mine.indices, mine.begin, mine.leaves, guess
+        else:
+            lists = self._held_lists(arrangement, mine, kernel, position, guess, LISTED)
+            nodes = lists.nodes
+            sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
+            given = (
+                *nodes.columns, position, guess, mass, nodes.rows, arrangement.leaves.start, mine.indices, mine.begin,
+                mine.leaves, lists.offset, lists.count, lists.pool,
+            )  # fmt: skip
+        # Where many particles lie in one place, no h is small enough.
+        smallest = 1e-12 * float(np.sqrt((sides**2).sum()))
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
         results = np.empty((4, len(mine.indices)))
-        share_out(
-            function, self._workers_for(mine), *nodes.columns, position, guess, mass,
-            np.array(options, dtype=np.float64), nodes.rows, leaves.start, mine.indices, mine.begin, mine.leaves,
-            lists.offset, lists.count, lists.pool, results,
-        )  # fmt: skip
+        share_out(function, self._workers_for(mine), *given, np.array(options, dtype=np.float64), results)
         length, density, grad_h, *zeta = map(part.whole, results if softening else results[:3])
         return Density(length, density, grad_h, zeta[0] if softening else None)
 
@@ -221,22 +238,32 @@ class Engine:
         position, mass, smoothing_length = _fields(fields)
         terms = self._carried_by(tuple(terms), len(mass))
         virials = virial or (interval is None and _in_one_program(terms, len(mass)))
-        made = neighbour_pass(kernel, terms, self.precision, virials, interval is not None)
-        mine, part = self._part(arrangement, _targets(arrangement, targets))
-        lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
+        intervals = interval is not None
+        made = (
+            few_neighbour_pass(kernel, terms, virials, intervals)
+            if self._few(len(mass))
+            else neighbour_pass(kernel, terms, self.precision, virials, intervals)
+        )
         if wanted != {term.effect for term in terms}:  # what others ask for: nothing is made of their results
             fields = {**{label.partition("_")[2]: 0.0 for label in made.arrays}, **fields}
-        workers, named = self._workers_for(mine), _named(fields, made.arrays, len(mass))
-        inputs = (position, smoothing_length, mass, float(KERNELS[kernel].support), *named)
-        packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
-        table = _table(arrangement, len(mass) if packed else 0, made.width)
-        if packed:
-            share_out(made.pack, workers, *inputs, table)
-        results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, interval is not None)
-        share_out(
-            made.sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
-            lists.pool, *arrays,
-        )  # fmt: skip
+        named, support = _named(fields, made.arrays, len(mass)), float(KERNELS[kernel].support)
+        mine, part = self._part(arrangement, _targets(arrangement, targets))
+        workers = self._workers_for(mine)
+        results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, intervals)
+        if isinstance(made, FewPass):
+            given = tables_of(made.needs, sources_of(position, mass, smoothing_length, made.arrays, named), support)
+            share_out(made.sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
+        else:
+            lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
+            inputs = (position, smoothing_length, mass, support, *named)
+            packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
+            table = _table(arrangement, len(mass) if packed else 0, made.width)
+            if packed:
+                share_out(made.pack, workers, *inputs, table)
+            share_out(
+                made.sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
+                lists.pool, *arrays,
+            )  # fmt: skip
         made_here = {effect: results[effect] for effect in results if effect in wanted}
         return _finished(_of_all(made_here, part), virial)
 
@@ -257,8 +284,17 @@ class Engine:
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
         virials = virial or _in_one_program(terms, len(mass))
-        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
         support = float(KERNELS[kernel].support)
+        if self._few(len(mass)):
+            made = few_all_pairs_pass(kernel, tuple(terms), virials)
+            named = _named(fields, made.arrays, len(mass))
+            sources = rows_of(
+                made.needs.rows, sources_of(position, mass, smoothing_length, made.arrays, named), support
+            )
+            results, arrays = _results(np.zeros, terms, virials, len(mass), leaves.count)
+            share_out(made.sums, self.workers, sources, leaves.start, *arrays)
+            return _finished(results, virial)
+        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
         targets = leaves.count  # as many nodes of the tree, each with its targets
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
@@ -269,6 +305,10 @@ class Engine:
             arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results, virial)
+
+    def _few(self, count: int) -> bool:
+        """Whether so many particles have programs of their own, which are shorter and take absolute coordinates."""
+        return count <= FEW and self.precision == "float64"
 
     def _part(self, arrangement: Arrangement, chosen: Targets) -> tuple[Targets, Part]:
         """Of the targets those that this process sums for: of whole groups of leaves."""

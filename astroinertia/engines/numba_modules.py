@@ -26,18 +26,41 @@ class NeighbourPass(NamedTuple):
     width: int
 
 
+class FewPass(NamedTuple):
+    """A generated sum of few particles in float64: the module, its entry function, and what that is given."""
+
+    module: ModuleType
+    sums: Callable
+    needs: Needs
+
+    @property
+    def arrays(self) -> list[str]:
+        """What it is given besides position, mass and smoothing length."""
+        return self.needs.arrays
+
+
 def _kernel(name: str) -> Kernel:
     if name not in KERNELS:
         raise ValueError(f"there is no kernel {name!r}; there are {', '.join(KERNELS)}")
     return KERNELS[name]
 
 
+def _neighbour_needs(kernel: str, terms: Sequence[PairTerm], impulses: bool) -> Needs:
+    return Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, impulses=impulses)
+
+
+def _all_pairs_needs(kernel: str, terms: Sequence[PairTerm]) -> tuple[Needs, Needs]:
+    distant = all(term.far is not None for term in terms)
+    pairs, fars = [term.pair for term in terms], [term.far for term in terms if distant]
+    needs = Needs(_kernel(kernel), terms, pairs + fars, masked=distant)
+    return needs, Needs(_kernel(kernel), terms if distant else (), fars, masked=False)
+
+
 def neighbour_functions(
     kernel: str, terms: Sequence[PairTerm], precision: str, leaf: str, virial: bool = False, impulses: bool = False
 ) -> tuple[Needs, list[str]]:
     """What a sum over neighbours needs, and the lines of the functions that its template calls; leaf: name of one."""
-    needs = Needs(_kernel(kernel), terms, [term.pair for term in terms], masked=True, impulses=impulses)
-    sources = Sources()
+    needs, sources = _neighbour_needs(kernel, terms, impulses), Sources()
     loop = neighbour_loop(leaf, sources, terms, needs, virial)
     return needs, [sources.text(), "", "", *packer(needs), *origin("set_origin", needs, precision), *loop]
 
@@ -46,10 +69,8 @@ def all_pairs_functions(
     kernel: str, terms: Sequence[PairTerm], precision: str, near: str, far: str, virial: bool = False
 ) -> tuple[Needs, Needs, list[str]]:
     """As `neighbour_functions`, of a sum over all pairs: near, far (nothing where a term has no form for those)."""
-    distant, sources = all(term.far is not None for term in terms), Sources()
-    pairs, fars = [term.pair for term in terms], [term.far for term in terms if distant]
-    needs = Needs(_kernel(kernel), terms, pairs + fars, masked=distant)
-    far_needs = Needs(_kernel(kernel), terms if distant else (), fars, masked=False)
+    (needs, far_needs), sources = _all_pairs_needs(kernel, terms), Sources()
+    distant = needs.masked
     loops = leaf_loop(near, sources, terms, needs, "near" if distant else "all", virial)
     loops += loader("load_far_sources", far_needs, precision, needs.arrays)
     loops += leaf_loop(far, sources, far_needs.terms, far_needs, "far", virial) if distant else []
@@ -81,6 +102,37 @@ def neighbour_pass(
 
 
 @functools.lru_cache(maxsize=128)
+def few_neighbour_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool, impulses: bool = False) -> FewPass:
+    """As `neighbour_pass`, of few particles."""
+    tag = "_".join(effect_names(terms))
+    leaf, name = f"neighbour_leaf_{tag}", f"few_neighbour_pass_{tag}"
+    needs, sources = _neighbour_needs(kernel, terms, impulses), Sources()
+    loop = neighbour_loop(leaf, sources, terms, needs, virial)
+    body = template(
+        "engines/numba_few_neighbours.py",
+        neighbour_pass=name,
+        neighbour_leaf=leaf,
+        results=results(terms, virial, impulses),
+        SPREAD=needs.spread,
+    )
+    module = load_module(name, _joined("float64", [sources.text(), "", "", *loop], body))
+    return FewPass(module, getattr(module, name), needs)
+
+
+@functools.lru_cache(maxsize=128)
+def few_all_pairs_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool) -> FewPass:
+    """As `all_pairs_pass`, of few particles."""
+    tag = "_".join(effect_names(terms))
+    leaf, name = f"near_leaf_{tag}", f"few_all_pairs_pass_{tag}"
+    sources, (needs, _) = Sources(), _all_pairs_needs(kernel, terms)
+    loop = leaf_loop(leaf, sources, terms, needs, "near" if needs.masked else "all", virial)
+    words = {"all_pairs_pass": name, "near_leaf": leaf, "results": results(terms, virial)}
+    body = template("engines/numba_few_pairs.py", **words)
+    module = load_module(name, _joined("float64", [sources.text(), "", "", *loop], body))
+    return FewPass(module, getattr(module, name), needs)
+
+
+@functools.lru_cache(maxsize=128)
 def all_pairs_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool
 ) -> tuple[ModuleType, Callable, list[str], bool]:
@@ -107,20 +159,16 @@ def all_pairs_pass(
 
 
 @functools.lru_cache(maxsize=64)
-def density_pass(kernel: str, precision: str, softening: bool, outgrown: bool = True) -> tuple[ModuleType, Callable]:
-    """The generated module that solves for smoothing lengths, and its entry function.
-
-    outgrown: whether there may be lengths that outgrow the lists of neighbours.
-    """
+def density_pass(kernel: str, precision: str, softening: bool, few: bool = False) -> tuple[ModuleType, Callable]:
+    """The generated module that solves for smoothing lengths, and its entry function; few: for few particles."""
     chosen = _kernel(kernel)
     sources = Sources()
     names = {f"kernel_{name}": sources.add(getattr(chosen, name)) for name in KERNEL_PARTS[: 2 + softening]}
-    tag = f"{kernel}_softening" if softening else kernel
-    body = template(
-        "engines/numba_density.py", density_pass=f"density_pass_{tag}", SOFTENED=softening, OUTGROWN=outgrown, **names
-    )
-    module = load_module(f"density_pass_{tag}", _joined(precision, [sources.text(), "", ""], body))
-    return module, getattr(module, f"density_pass_{tag}")
+    tag = "_".join(["density_pass", *(["few"] if few else []), kernel, *(["softening"] if softening else [])])
+    solved = template("engines/numba_lengths.py", SOFTENED=softening, **names)
+    body = template(f"engines/numba_{'few_' if few else ''}density.py", density_pass=tag)
+    module = load_module(tag, _joined(precision, [sources.text(), "", "", solved], body))
+    return module, getattr(module, tag)
 
 
 @functools.cache

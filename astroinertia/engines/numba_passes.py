@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from astroinertia.engines import numba_vectors
@@ -87,7 +88,7 @@ class Needs:
             raise ValueError("an output gathered as 'outer' must say of which field")
         self.vectors = sorted({str(name) for name in of - {"position"}} | ({"velocity"} if self.approach else set()))
 
-    @property
+    @cached_property
     def rows(self) -> list[str]:
         """Rows of the source buffer of a sum over all pairs."""
         rows = [*AXES, "mass"]
@@ -97,7 +98,7 @@ class Needs:
         rows += [f"vector_{name}_{axis}" for name in self.vectors for axis in AXES]
         return rows + [f"field_{name}" for name in self.scalars]
 
-    @property
+    @cached_property
     def sides(self) -> tuple[list[str], list[str]]:
         """Rows of a table of sources, x, y, z first: those that partners are asked for, and the target's alone."""
         arguments = {name for function in self.functions for name in argument_names(function)}
@@ -108,27 +109,27 @@ class Needs:
         partners += [f"field_{name}" for name in self.scalars if f"{name}_j" in arguments]
         return partners, [row for row in self.rows if row not in partners]
 
-    @property
+    @cached_property
     def table(self) -> list[str]:
         """Columns of a table of sources: all rows of `sides`."""
         return [row for side in self.sides for row in side]
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Columns that a table has room for: whole vectors of four."""
         return -(-len(self.table) // 4) * 4
 
-    @property
+    @cached_property
     def spread(self) -> int:
         """Rows that what partners are asked for is spread to: whole vectors of four."""
         return -(-len(self.sides[0]) // 4) * 4
 
-    @property
+    @cached_property
     def reaches(self) -> int:
         """The column that begins the four of which one is the squared reach."""
         return self.table.index("reach2") // 4 * 4
 
-    @property
+    @cached_property
     def arrays(self) -> list[str]:
         """Per-particle arrays that the pass is given besides position, mass and smoothing_length."""
         return [f"vector_{name}" for name in self.vectors] + [f"field_{name}" for name in self.scalars]

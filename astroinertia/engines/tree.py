@@ -7,6 +7,7 @@ by the particles; boxes are refitted to wherever the particles are now.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -57,11 +58,26 @@ def arrange(position: np.ndarray, leaf_size: int, threads: int | None = None) ->
         raise ValueError(f"positions must have shape (N, 3), not {position.shape}")
     leaves = balanced_leaves(len(position), leaf_size)
     order = np.arange(len(position), dtype=np.int64)
+    if len(position) <= FEW:
+        _split_few(position, order, leaves)
+        return order, leaves
     threads = threads or available_threads()
     top = min(leaves.depth, (4 * threads - 1).bit_length() if threads > 1 else 0)
     _split_levels(position, order, 0, 0, top)
     share_out(_split_subtrees, threads, position, order, top, leaves.depth)
     return order, leaves
+
+
+def _split_few(position: np.ndarray, order: np.ndarray, leaves: Leaves) -> None:
+    """What `_split_levels` does, without a program to compile; each half is sorted besides."""
+    for level in range(leaves.depth):
+        edges = leaves.start[:: 1 << (leaves.depth - level)]
+        for first, last in pairwise(edges):
+            held = order[first:last]
+            place = position[held]
+            with np.errstate(invalid="ignore"):
+                axis = np.argmax(np.ptp(place, axis=0))
+            held[:] = held[np.argsort(place[:, axis], kind="stable")]
 
 
 @dataclass(frozen=True)

@@ -270,8 +270,11 @@ def generated(listed: Any) -> tuple[set[str], str, set[str]]:
     effects = {term.effect for _, terms, _ in engine.asked for term in terms}
     modules = [numba_modules.density_pass(problem.kernel, "float64", softening)[0] for softening in engine.softening]
     for kernel, terms, virial in engine.asked:
-        make = numba_modules.all_pairs_pass if all(term.far for term in terms) else numba_modules.neighbour_pass
+        far = all(term.far for term in terms)
+        make = numba_modules.all_pairs_pass if far else numba_modules.neighbour_pass
         modules.append(make(kernel, terms, "float64", virial)[0])
+        of_few = numba_modules.few_all_pairs_pass if far else numba_modules.few_neighbour_pass
+        modules.append(of_few(kernel, terms, virial).module)
     # Comments are for readers; only what is compiled counts.
     texts = [re.sub(r"#.*", "", Path(str(module.__file__)).read_text()) for module in modules]
     return effects, "\n".join(texts), {name for module in modules for name in vars(module)}

@@ -17,8 +17,15 @@ BARS = {"float64": 1e-11, "mixed": 1e-4}
 
 
 def all_pairs():
-    """What the sums are, and the sums of the sizes of their terms, from all pairs in one array."""
+    """What the sums are, and the sums of the sizes of their terms, from all pairs in one array; of few besides."""
     _, fields = processors.fields_of_a_step()
+    few = of_all_pairs({name: array[: processors.FEWER] for name, array in fields.items()})
+    return of_all_pairs(fields) | {f"few {name}": value for name, value in few.items()}
+
+
+def of_all_pairs(fields):
+    """The same of these particles."""
+    fields = dict(fields)
     solved = vars(pairs.density(KERNEL, fields["position"], fields["mass"], ETA))
     fields["smoothing_length"] = solved["smoothing_length"]
     values = dict(solved)

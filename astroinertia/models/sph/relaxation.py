@@ -143,7 +143,8 @@ def relax(
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
         start = initial_state(problem, mass, position, np.zeros_like(position), entropy, material=material)  # at rest
-        relaxed = _descend(problem, *start, target_density, rotation, tolerances, max_steps, listener, infall)
+        wanted = None if target_density is None else _last_kept(target_density)
+        relaxed = _descend(problem, *start, wanted, rotation, tolerances, max_steps, listener, infall)
     complaint = verdict(relaxed.report, tolerances, len(mass), _rotational_share(mass, relaxed))
     if complaint:
         raise NumericalError(f"the body was not brought to equilibrium: {complaint}")
@@ -151,6 +152,19 @@ def relax(
         arrays = {"position": relaxed.position, "velocity": relaxed.velocity}
         cache.save("relaxed", key, arrays | {"report": np.array(list(asdict(relaxed.report).values()), dtype=float)})
     return relaxed
+
+
+def _last_kept(function: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+    """The function, which finds what it was asked for last: particles of one mass ask for the same at every step."""
+    asked, found = np.empty(0), np.empty(0)
+
+    def kept(argument: np.ndarray) -> np.ndarray:
+        nonlocal asked, found
+        if not np.array_equal(asked, argument):
+            asked, found = argument, function(argument)
+        return found
+
+    return kept
 
 
 def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share: float = 0.0) -> str:

@@ -4,9 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from numba.core import event
 
 from astroinertia.engines import elementwise as loops
 from astroinertia.engines.elementwise import elementwise, totals
+from astroinertia.process.few import FEW
 
 random = np.random.default_rng(8)
 COUNT = 2 * loops.ALONE + 700  # two threads, and a part of a chunk
@@ -33,7 +35,7 @@ def weighted(xp, mass, vector, other):
     return mass, (mass * x, mass * y, mass * z), mass * (x * other[0] + y * other[1] + z * other[2])
 
 
-@pytest.mark.parametrize("count", [0, 1, 5, COUNT])
+@pytest.mark.parametrize("count", [0, 1, 5, FEW, FEW + 1, COUNT])
 def test_every_shape_goes_in_and_comes_out(count: int) -> None:
     product, number, matrix = elementwise(np, turned, MASS[:count], VECTOR[:count], MATRIX[:count], 0.3)
     assert np.allclose(product, np.einsum("nij,nj->ni", MATRIX[:count], VECTOR[:count]), rtol=1e-12, atol=1e-14)
@@ -41,6 +43,36 @@ def test_every_shape_goes_in_and_comes_out(count: int) -> None:
     assert np.allclose(number, expected, rtol=1e-14)
     assert np.array_equal(matrix[:, :2], np.swapaxes(MATRIX[:count], 1, 2)[:, :2])
     assert np.array_equal(matrix[:, 2], MATRIX[:count, 2])
+
+
+def looked_up(xp, x, table):
+    """An entry by its number, and one over it, which is infinite for a table of noughts."""
+    value = xp.take(table, xp.int64(xp.floor(x)))
+    return value, 1.0 / value
+
+
+def test_few_particles_have_the_same_results_without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In every shape, with a table, an unknown number, a division by zero and sums of several cases."""
+    mass, vector, matrix = MASS[:FEW].copy(), VECTOR[:FEW], MATRIX[:FEW]
+    mass[3] = np.nan
+    entries = loops.Table(np.array([0.0, 3.0, 5.0]))
+
+    def results() -> list[np.ndarray]:
+        return [
+            *elementwise(np, turned, mass, vector, matrix, 0.3), *elementwise(np, elementary, vector[:, 0]),
+            *elementwise(np, looked_up, 3.0 * MASS[:FEW], entries),
+            *totals(np, weighted, MASS[:FEW], vector, cases=[(vector,), (2.0 * vector,)]),
+        ]  # fmt: skip
+
+    with event.install_recorder("numba:compile") as recorder:
+        few = results()
+    assert not recorder.buffer
+    monkeypatch.setattr(loops, "FEW", 0)
+    for one, other in zip(few, results(), strict=True):
+        assert one.shape == other.shape
+        assert one.flags.c_contiguous
+        assert one.flags.writeable
+        assert np.allclose(one, other, rtol=1e-14, atol=1e-11 if len(one) == 2 else 1e-14, equal_nan=True)
 
 
 def test_jax_computes_the_same() -> None:

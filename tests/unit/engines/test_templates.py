@@ -10,14 +10,14 @@ import pytest
 from numba import config
 
 from astroinertia.engines import numba_cpu, templates
-from astroinertia.engines.numba_modules import NeighbourPass
+from astroinertia.engines.numba_modules import FewPass, NeighbourPass
 from astroinertia.gravity import multipole, tree as trees
 from astroinertia.gravity.clamped_points import CLAMP
 from astroinertia.gravity.expansions import indices
 from astroinertia.sph.kernels import KERNELS
 
 SHARED = ("vectors", "tables", "parts", "float64", "mixed", "elementary")
-PASSES = ("lists", "density", "neighbours", "all_pairs")
+PASSES = ("lists", "lengths", "density", "neighbours", "all_pairs", "few_density", "few_neighbours", "few_pairs")
 GRAVITY = ("gravity.compaction", "gravity.refit", "gravity.walk")
 MODULES = (*(f"engines.numba_{name}" for name in (*SHARED, *PASSES)), *GRAVITY)
 
@@ -104,16 +104,24 @@ def test_the_walk_takes_every_pair_once(plain, monkeypatch, theta, limit):
     assert (sum(taken) > 0) == (theta > 0.0)
 
 
-@pytest.fixture
-def engine(plain, monkeypatch):
+@pytest.fixture(params=["many", "few"])
+def engine(plain, monkeypatch, request):
     """An engine whose passes run as Python, particles in its order and their arrangement."""
     neighbours, everything = plain.numba_neighbours, plain.numba_all_pairs
+    density = {True: plain.numba_few_density, False: plain.numba_density}
     names, width = neighbours.NEEDS.arrays, neighbours.WIDTH
     sums = NeighbourPass(neighbours, neighbours.TOTALS.pack, neighbours.neighbour_pass, names, width)
     both = everything, everything.all_pairs_pass, names, True
-    monkeypatch.setattr(numba_cpu, "FEW", 0)  # few particles are not listed leaf by leaf
+    if request.param == "many":
+        monkeypatch.setattr(numba_cpu, "FEW", 0)  # few particles are not listed leaf by leaf
     monkeypatch.setattr(numba_cpu, "lists_pass", lambda: plain.numba_lists.neighbour_lists)
-    monkeypatch.setattr(numba_cpu, "density_pass", lambda *_: (plain.numba_density, plain.numba_density.density_pass))
+    monkeypatch.setattr(numba_cpu, "density_pass", lambda *given: (None, density[given[3]].density_pass))
+    for name, module, entry, needs in (
+        ("few_neighbour_pass", plain.numba_few_neighbours, "neighbour_pass", neighbours.NEEDS),
+        ("few_all_pairs_pass", plain.numba_few_pairs, "all_pairs_pass", everything.NEEDS),
+    ):
+        few = FewPass(module, getattr(module, entry), needs)
+        monkeypatch.setattr(numba_cpu, name, lambda *_, few=few: few)
     monkeypatch.setattr(numba_cpu, "neighbour_pass", lambda *_: sums)
     monkeypatch.setattr(numba_cpu, "all_pairs_pass", lambda *_: both)
     made = numba_cpu.Engine("float64", threads=1)
@@ -123,6 +131,7 @@ def engine(plain, monkeypatch):
     return made, arrangement, {name: array[order] for name, array in fields.items()}, apart
 
 
+@pytest.mark.parametrize("engine", ["many"], indirect=True)
 def test_lists_hold_what_reaches_or_is_reached_by_a_target(engine):
     made, arrangement, given, apart = engine
     lists = made.listed(arrangement, "wendland_c2", given["position"], given["smoothing_length"]).lists
@@ -171,4 +180,4 @@ def test_sums_over_all_pairs_take_each_once(plain, engine, monkeypatch):
     monkeypatch.setattr(numba_cpu, "ALL_PAIRS_SIZE", 16)
     found = made.all_pair_sums(arrangement, "wendland_c2", (plain.numba_neighbours.TOTAL,), given)
     assert np.allclose(found["total"]["weight"], given["mass"] @ given["weight"], rtol=1e-14)
-    assert sum(taken) > 0
+    assert (sum(taken) > 0) == (numba_cpu.FEW == 0)

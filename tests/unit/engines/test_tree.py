@@ -24,8 +24,9 @@ def test_leaves_are_balanced_contiguous_and_hold_every_particle_once(count):
     assert leaves.depth == 0 or sizes.max() > 16
 
 
-def test_every_node_is_split_at_the_median_of_its_longest_side():
-    position = clustered(1000)
+@pytest.mark.parametrize("count", [1000, 1100])
+def test_every_node_is_split_at_the_median_of_its_longest_side(count):
+    position = clustered(count)
     order, leaves = tree.arrange(position, 16)
     for level in range(leaves.depth):
         edges = leaves.start[:: 1 << (leaves.depth - level)]
@@ -62,9 +63,10 @@ def test_the_order_does_not_depend_on_the_number_of_threads():
     assert np.array_equal(orders[0], orders[1]) and np.array_equal(orders[0], orders[2])
 
 
-def test_equal_positions_are_split_all_the_same():
-    order, leaves = tree.arrange(np.zeros((500, 3)), 16)
-    assert np.array_equal(np.sort(order), np.arange(500))
+@pytest.mark.parametrize("count", [500, 1500])
+def test_equal_positions_are_split_all_the_same(count):
+    order, leaves = tree.arrange(np.zeros((count, 3)), 16)
+    assert np.array_equal(np.sort(order), np.arange(count))
     assert np.diff(leaves.start).max() <= 16
 
 

@@ -10,6 +10,7 @@ import pytest
 from astroinertia.cli.main import main
 from tests.sims import SIMS
 
+PASSES = ("neighbour", "density", "all_pairs", "gradient", "multipole")
 SETTINGS = ["body.particles=100", "body.placement=random", "numerics.precision=float64", "time.end=0.5"]
 PROGRAM = """
 import sys
@@ -41,12 +42,12 @@ def test_a_run_after_it_compiles_no_pass_over_neighbours(timesteps: str, later: 
         command = [sys.executable, "-c", PROGRAM, what, str(tmp_path / "run"), *scene]
         return subprocess.run(command, env=os.environ | kept, capture_output=True, text=True, check=True).stdout.split()
 
-    assert any(name.startswith("neighbour_pass") for name in compiled("warm"))
+    assert any("neighbour_pass" in name for name in compiled("warm"))
     assert not (tmp_path / "run").exists()
     left = compiled("run")
     assert left.count("loop") <= later
     assert later or left == []
-    assert not [name for name in left if name.startswith(("neighbour", "density", "gradient", "multipole"))]
+    assert not [name for name in left if name.removeprefix("few_").startswith(PASSES)]
 
 
 def test_it_says_what_it_took_and_leaves_no_run(tmp_path, monkeypatch, capsys) -> None:
