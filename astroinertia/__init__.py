@@ -112,6 +112,7 @@ def run_scene(
     core_to_pulsar_scaling.nc
     """
     from astroinertia.process import kept_programs, requirements
+    from astroinertia.process.arguments import refuse_wrong
 
     requirements.check()
     kept_programs.keep_apart()
@@ -124,7 +125,8 @@ def run_scene(
     from astroinertia.scene.own_matter import with_matter
     from astroinertia.scene.schema import Scene
 
-    place = _folder(folder)
+    place = _path("folder", folder)
+    refuse_wrong(listener, workers, cluster, effects, observables)
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
     if not own and not isinstance(scene, Scene) and (sweep := sweeps.of(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
@@ -163,6 +165,7 @@ def resume(
     one_star_three_models.nc
     """
     from astroinertia.process import kept_programs, requirements
+    from astroinertia.process.arguments import refuse_wrong
 
     requirements.check()
     kept_programs.keep_apart()
@@ -174,7 +177,8 @@ def resume(
     from astroinertia.scene.own_matter import with_matter
     from astroinertia.storage.archive import SWEEP
 
-    place, settings = _folder(folder), settings_of(settings)
+    place, settings = _path("folder", folder), settings_of(settings)
+    refuse_wrong(listener, workers, cluster, effects, observables)
     if (place / SWEEP).exists():
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
@@ -217,6 +221,7 @@ def branch(
     time.end="15 min"
     """
     from astroinertia.process import kept_programs, requirements
+    from astroinertia.process.arguments import refuse_wrong
 
     requirements.check()
     kept_programs.keep_apart()
@@ -228,7 +233,8 @@ def branch(
     from astroinertia.scene.own_bodies import with_body
     from astroinertia.scene.own_matter import with_matter
 
-    source, place, settings = _folder(run), _folder(folder), settings_of(settings)
+    source, place, settings = _path("run", run), _path("folder", folder), settings_of(settings)
+    refuse_wrong(listener, 1, None, effects, observables)
     own = with_body(with_observables(with_matter(effects, matter), observables), body)
     with watched(progress, listener) as meter:
         hears = _both(listener, meter)
@@ -254,6 +260,7 @@ def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, 
     -1.0 ['s']
     """
     from astroinertia.process import kept_programs, requirements
+    from astroinertia.process.arguments import refuse_wrong_names
 
     requirements.check()
     kept_programs.keep_apart()
@@ -261,15 +268,16 @@ def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, 
     from astroinertia.scene.schema import Scene
     from astroinertia.sweeps import gradient as gradients
 
+    refuse_wrong_names(of, by)
     return gradients.gradient(scene if isinstance(scene, Scene) else scenes.of(scene), of, by)
 
 
-def _folder(folder: Any) -> Path:
-    if not isinstance(folder, str | PathLike):
+def _path(name: str, value: Any, what: str = "a folder") -> Path:
+    if not isinstance(value, str | PathLike):
         from astroinertia.errors import SceneError
 
-        raise SceneError(f"folder must be the path of a folder, not {folder!r:.60}.")
-    return Path(folder)
+        raise SceneError(f"{name} must be the path of {what}, not {value!r:.60}.")
+    return Path(value)
 
 
 def _refuse_of_one_run(callback: Any, every: Any) -> None:
@@ -305,7 +313,7 @@ def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -
     from astroinertia.dataset.absent import without_absent
 
     assert accessor  # importing it registers it
-    return without_absent(dataset.open(Path(path), chunks=chunks))
+    return without_absent(dataset.open(_path("path", path, "a netCDF file or a run folder"), chunks=chunks))
 
 
 def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -> "xr.DataTree":
@@ -319,7 +327,7 @@ def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = No
     from astroinertia.dataset.absent import without_absent
 
     assert accessor
-    tree = dataset.open_tree(Path(path), chunks=chunks)
+    tree = dataset.open_tree(_path("path", path, "a netCDF file or a run folder"), chunks=chunks)
     tree.dataset = without_absent(tree.to_dataset())
     return tree
 
@@ -335,4 +343,4 @@ def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
     from astroinertia.sweeps.combined import open_members
 
     assert accessor
-    return open_members(Path(path)).map_over_datasets(without_absent)
+    return open_members(_path("path", path, "the folder of a sweep")).map_over_datasets(without_absent)

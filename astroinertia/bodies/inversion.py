@@ -101,6 +101,9 @@ def two_layers(
     0.41917
     """
     name, assumed = _the_assumed(mantle_density, core_density, core_radius_ratio)
+    for key, value in {"mean_density": mean_density, "moment_ratio": moment_ratio, name: assumed}.items():
+        if np.ndim(value) > 0:
+            raise ValueError(f"{key} must be one number, not {np.size(value)}: use jax.vmap for many bodies")
     structure = _solved(mean_density, moment_ratio, assumed, name)
     if all(is_known(number) for number in (mean_density, moment_ratio, assumed)):
         _refuse_the_impossible(float(mean_density), float(moment_ratio), name, float(assumed), structure)

@@ -175,6 +175,10 @@ class Polytrope:
     radius: float = 1.0
     gravitational_constant: float = 1.0
 
+    def __post_init__(self) -> None:
+        if not 0 <= float(self.index) < 5:
+            raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {self.index!r}")
+
     @property
     def solution(self) -> LaneEmden:
         """The dimensionless solution of this index."""

@@ -295,11 +295,14 @@ def _run(options: Options) -> int:
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
     from astroinertia.run.loop import refuse_before
+    from astroinertia.scene.plan_body import unstated_wobble
 
     with _voice("the body is checked"):
         refuse_before(scene, folder)
     scene = _chosen(scene, folder, options)
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
+    if wobble := unstated_wobble(scene):
+        _say(wobble)
     with Meter(_Console(highlight=False)) as meter, _profile(options, begun) as profile:
         result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun), profile=profile)
     return _finished(result, folder)

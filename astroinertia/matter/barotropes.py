@@ -16,6 +16,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
+from astroinertia.process.quantities import with_quantities
+
 
 class BarotropicLaw(Protocol):
     """What a figure needs to know of a material."""
@@ -258,6 +260,7 @@ class ScaledLaw:
     max_enthalpy: float | None = None
 
 
+@with_quantities()
 @lru_cache(maxsize=16)
 def polytropic_matter(index: float) -> ScaledLaw:
     """Return P = K rho^(1 + 1/n): rho ~ h^n, P = rho h/(n + 1); ValueError outside 0 <= n <= 4.5. n = 0 is a liquid.

@@ -174,9 +174,10 @@ def _is_quantity(made: type) -> bool:
 def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneError | None:
     """The error to raise for one that a call ended with, where its arguments are to blame."""
     name = function.__qualname__.removesuffix(".__init__")
-    if type(error) is ValueError:
+    of_value, of_text = type(error) is ValueError, "could not convert string to float" in str(error)
+    if of_value and not of_text:
         return InputError(str(error))
-    if isinstance(error, ValueError):
+    if isinstance(error, ValueError) and not of_text:
         return None
     signature = inspect.signature(function)
     try:
@@ -186,9 +187,11 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
     if any(f"unexpected keyword argument '{key}'" in str(error) for key in options):  # passed on by the function
         return InputTypeError(f"{name}: {str(error).partition('() ')[2]}.")
     for key, value in bound.arguments.items():
+        if of_text and isinstance(value, str) and repr(value) in str(error):
+            return InputTypeError(f"{key} of {name} must be a number, not {value!r:.60}.")
         if (wanted := _wanted(signature.parameters[key], value)) is not None:
             return InputTypeError(f"{key} of {name} must be {wanted}, not {_kind(value)}.")
-    return None
+    return InputError(str(error)) if of_value else None
 
 
 def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:

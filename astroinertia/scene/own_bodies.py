@@ -72,5 +72,8 @@ def with_body(own_things: Sequence[Any], body: Any) -> tuple[Any, ...]:
     """Things of the user's own with a body, or its class, beside them; SceneError where it is none."""
     if body is None:
         return tuple(own_things)
-    entry_of(made_of(body))
+    try:
+        entry_of(made_of(body))
+    except SceneError as error:
+        raise SceneError(f"body: {error}") from None
     return (*own_things, body)

@@ -71,5 +71,8 @@ def with_matter(effects: Sequence[Any], matter: Any) -> tuple[Any, ...]:
     effects = own.with_functions(effects)
     if matter is None:
         return effects
-    entry_of(made_of(matter))
+    try:
+        entry_of(made_of(matter))
+    except SceneError as error:
+        raise SceneError(f"matter: {error}") from None
     return (*effects, matter)

@@ -10,6 +10,8 @@ from astroinertia.scene.initial_body import PlanLine, Shown, numbers
 from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
 
+SEEN = 1e-6  # rad: wobbles below it are rounding of a scene's numbers
+
 
 def body_lines(scene: Scene, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
     """The body of a scene: name, value and, if there is more to say, why."""
@@ -57,6 +59,19 @@ def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
     along = (0.0, 0.0, 1.0) if spin is body else tuple(np.round(spin.direction, 12) + 0.0)
     about = "in equilibrium, about z" if spin is body else f"about {numbers(along)}"
     return [*lines, ("rotation", f"{spin.law}, {name} {value}", about), *_attitude(scene)]
+
+
+def unstated_wobble(scene: Scene) -> str:
+    """A sentence where a rigid body wobbles and the scene does not say so, because of the axis about which it turns."""
+    body: Any = scene.body
+    rotation = getattr(body, "rotation", None)
+    if scene.model != "rigid" or rotation is None or rotation.wobble is not None:
+        return ""
+    numbers_of = characteristic(scene)
+    if numbers_of.momentum_axis is None or numbers_of.momentum_wobble < SEEN:
+        return ""
+    degrees = f"{math.degrees(numbers_of.momentum_wobble):.6g} deg"
+    return f"it wobbles by {degrees}: [body.rotation] axis is not that of its largest moment of inertia"
 
 
 def _attitude(scene: Scene) -> list[PlanLine]:

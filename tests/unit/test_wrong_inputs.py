@@ -1,4 +1,4 @@
-"""Sixty wrong inputs from Python: each is one sentence of the package's own error class that names the argument."""
+"""Eighty wrong inputs from Python: each is one sentence of the package's own error class that names the argument."""
 
 from typing import Any
 
@@ -7,9 +7,10 @@ import pytest
 from astropy import units as u
 
 import astroinertia
-from astroinertia.bodies import inversion, jacobi, neutron_star_fits, rotation_laws
+from astroinertia.bodies import inversion, jacobi, neutron_star_fits, polytrope, rotating_star, rotation_laws
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.inertia import balancing, principal, realise, solids, tensor
+from astroinertia.matter import barotropes
 from astroinertia.rotation import free_top, pulsars, spin_scaling
 from astroinertia.studies import moment_ratio
 
@@ -92,7 +93,35 @@ WRONG: dict[str, tuple[Any, str]] = {
     "a callback every metre": (run(callback=print, every=3 * u.m), "every"),
     "no steps between calls": (run(callback=print, every=0), "every"),
     "progress in words": (run(progress="some"), "progress"),
+    "a number of effects": (run(effects=3), "effects"),
+    "a number of observables": (run(observables=3), "observables"),
+    "a number for matter": (run(matter=3), "matter"),
+    "a number for a body of one's own": (run(body=3), "body"),
+    "a listener that is none": (run(listener=3), "listener"),
+    "workers in words": (run(workers="two"), "workers"),
+    "half a worker": (run(workers=1.5), "workers"),
+    "no workers": (run(workers=0), "workers"),
+    "a number for a cluster": (run(cluster=3), "cluster"),
+    "a branch of a number": (lambda folder: astroinertia.branch(3, folder / "run"), "run must"),  # pyright: ignore[reportArgumentType]
+    "a branch heard by text": (lambda folder: astroinertia.branch("run", folder / "b", listener="me"), "listener"),  # pyright: ignore[reportArgumentType]
+    "workers that resume": (lambda folder: astroinertia.resume(folder, workers="two"), "workers"),  # pyright: ignore[reportArgumentType]
+    # results
+    "a number to open": (lambda _: astroinertia.open(3), "path"),  # pyright: ignore[reportArgumentType]
+    "a tree of a number": (lambda _: astroinertia.open_tree(3), "path"),  # pyright: ignore[reportArgumentType]
+    "a sweep of a number": (lambda _: astroinertia.open_sweep(3), "path"),  # pyright: ignore[reportArgumentType]
+    "a gradient of a number": (lambda _: astroinertia.gradient(TOP, 3, ["body.mass"]), "of must"),  # pyright: ignore[reportArgumentType]
+    "a gradient by a number": (lambda _: astroinertia.gradient(TOP, "energy", 4), "by must"),  # pyright: ignore[reportArgumentType]
+    "a gradient by text": (lambda _: astroinertia.gradient(TOP, "energy", "body.mass"), "by must"),
     # library functions
+    "an index in words": (lambda _: polytrope.Polytrope("three"), "index of Polytrope"),  # pyright: ignore[reportArgumentType]
+    "no index": (lambda _: polytrope.Polytrope(None), "index of Polytrope"),  # pyright: ignore[reportArgumentType]
+    "an index below none": (lambda _: polytrope.Polytrope(-1), "index"),
+    "matter of a negative index": (lambda _: barotropes.polytropic_matter(-1), "index"),
+    "two moment ratios": (lambda _: inversion.two_layers(3933.5, [0.36, 0.3], mantle_density=3500.0), "moment_ratio"),
+    "a spin in words": (
+        lambda _: rotating_star.rotating_star_with("spin", "fast", barotropes.polytropic_matter(1.5)),  # pyright: ignore[reportArgumentType]
+        "value of rotating_star_with",
+    ),
     "a density in km": (lambda _: moment_ratio.two_layer_sweep("Mars", {"core_density": 7 * u.km}), "core_density"),
     "a number for a planet": (lambda _: moment_ratio.two_layer_sweep(4, {"core_density": [7e3]}), "name"),
     "no values": (lambda _: moment_ratio.two_layer_sweep("Mars"), "values"),  # pyright: ignore[reportCallIssue]
@@ -113,8 +142,8 @@ WRONG: dict[str, tuple[Any, str]] = {
 }  # fmt: skip
 
 
-def test_there_are_sixty_of_them() -> None:
-    assert len(WRONG) >= 60
+def test_there_are_eighty_of_them() -> None:
+    assert len(WRONG) >= 80
 
 
 @pytest.mark.parametrize("name", WRONG)

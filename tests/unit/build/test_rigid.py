@@ -12,6 +12,7 @@ from astroinertia.rotation.break_up import polytropic_rate
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
+from astroinertia.scene.plan_body import unstated_wobble
 
 HEAD = 'name = "it"\nmodel = "rigid"\nunits = "code"\n[time]\nend = 1.0\n'
 BODY = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [3.0, 1.0, 2.5]\n'
@@ -147,6 +148,12 @@ def test_a_tilted_axis_alone_is_a_wobble_of_which_the_plan_says_how_much():
     momentum = np.array([0.9, 0.0, 2.5])
     degrees = np.degrees(np.arccos(momentum[0] / np.linalg.norm(momentum)))  # from x, of the largest moment
     assert f"{degrees:.6g} deg" in plan(loads(HEAD + tilted)).text()
+    assert unstated_wobble(loads(HEAD + tilted)).startswith(f"it wobbles by {degrees:.6g} deg: [body.rotation] axis")
+
+
+@pytest.mark.parametrize("stated", ["axis = [1.0, 0.0, 0.0]", "wobble = 0.1"])
+def test_a_wobble_that_is_stated_or_none_needs_no_sentence(stated):
+    assert unstated_wobble(loads(HEAD + BODY + f"rotation = {{ rate = 1.0, {stated} }}\n" + NONE)) == ""
 
 
 @pytest.mark.parametrize(

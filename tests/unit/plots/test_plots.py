@@ -1,5 +1,7 @@
 """Figures are drawn without a warning for every kind of run, keep their text apart, and show the right numbers."""
 
+import re
+
 import matplotlib
 import numpy as np
 import pytest
@@ -222,6 +224,25 @@ def test_waves_of_too_few_records_are_marked(records, few, series):
     phase = np.linspace(0.0, 6 * np.pi, records)
     strain = xr.DataArray(np.sin(phase), dims="time")
     assert waves.undersampled([strain, 0.1 * strain]) is few
+
+
+@pytest.mark.parametrize(
+    ("draw", "named"), [(plots.density_figure, "density"), (plots.projection_figure, "column density")]
+)
+def test_the_bar_of_densities_is_logarithmic_and_has_a_unit(draw, named, series, snapshots):
+    figure = draw(series, snapshots)
+    bars = [
+        axes.get_xlabel() for axes in figure.axes if axes.get_label() == "<colorbar>" and axes.get_xscale() == "log"
+    ]
+    assert any(re.fullmatch(rf"{named} \(.*kg m⁻[²³]\)", label) for label in bars), bars
+
+
+def test_waves_of_too_few_records_have_dots_and_words(series):
+    more = series.interp(time=np.linspace(*series["time"].values[[0, -1]], 2000))
+    for drawn, few in ((series, True), (more, False)):
+        figure = pictures.FIGURES["waves"](drawn)
+        assert ("too few records" in " ".join(text for text, _ in texts(figure))) is few
+        assert (figure.axes[0].lines[0].get_marker() == "o") is few
 
 
 def test_units_are_set_with_superscripts():

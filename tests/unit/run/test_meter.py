@@ -3,6 +3,8 @@
 import io
 import re
 
+import nbformat
+from nbclient import NotebookClient
 from rich.console import Console
 
 from astroinertia.process import activity
@@ -57,3 +59,22 @@ def test_lines_come_more_often_than_words_that_work_goes_on_and_the_last_one_onc
                 meter.tell(loop.Progress(3.0 * share, 3.0, 10, seconds, 1e-4, 1e-15, 1e3, part=part))
     shown = [line.split()[0] for line in text.getvalue().splitlines()]
     assert shown == 2 * ["0.0%", "80.0%", "100.0%"]
+
+
+IN_A_NOTEBOOK = """
+import astroinertia
+body = {"kind": "rigid", "mass": "1 kg", "moments": ["1 kg m2", "2 kg m2", "3 kg m2"], "rotation": {"rate": "1 rad/s"}}
+scene = {"name": "top", "model": "rigid", "body": body, "effects": [], "numerics": {"integrator": "splitting"},
+         "time": "4 s", "output": {"series_every": "1 s"}}
+"""
+
+
+def test_a_cell_of_a_notebook_shows_a_bar_by_itself_or_nothing(tmp_path):
+    cells = [f"astroinertia.run_scene(scene, {str(tmp_path / name)!r}{more}).name"
+             for name, more in (("shown", ""), ("silent", ", progress=False"))]  # fmt: skip
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in (IN_A_NOTEBOOK, *cells)])
+    NotebookClient(notebook, timeout=300).execute()
+    (bar, name), (alone,) = (cell.outputs for cell in notebook.cells[1:])
+    assert bar.output_type == "display_data" and '<progress value="1.0000">' in bar.data["text/html"]
+    assert bar.data["text/plain"].startswith("100 %")
+    assert name.data["text/plain"] == alone.data["text/plain"] == "'top.nc'"

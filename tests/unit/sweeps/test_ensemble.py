@@ -454,6 +454,10 @@ def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path
         assert "--member is for the result of a sweep" in capsys.readouterr().err
     assert main(["report", place, "--member", "2"]) == 0
     assert (tmp_path / "sweep" / "member-0002" / "report.html").exists()
+    assert main(["view", place, "--member", "1", "--output", str(tmp_path / "view.html")]) == 0
+    assert "<canvas" in (tmp_path / "view.html").read_text()
+    assert main(["movie", place, "--member", "0", "--every", "8", "--output", str(tmp_path / "film.gif")]) == 0
+    assert (tmp_path / "film.gif").read_bytes().startswith(b"GIF89a")
     assert main(["show", f"{place}/core.nc"]) == 0
     assert "member-0003" in capsys.readouterr().out
     assert main(["show", place, "--member", "3", "--output", str(tmp_path)]) == 0
