@@ -360,6 +360,37 @@ CATALOGUE: Mapping[str, Entry] = {
         colour="sky",
         needs=("gravity",),
     ),
+    "deleptonisation": Entry(
+        "astroinertia.effects.deleptonisation",
+        "Deleptonisation",
+        "electrons that a collapsing core loses as it becomes denser, with what neutrinos take and push",
+        {
+            "fit": Option(
+                "choice",
+                "G15",
+                "which electron fraction belongs to a density: that of a star of 15 solar masses in general "
+                "relativity (G15), or of 13 in Newton's gravity (N13)",
+                choices=("G15", "N13"),
+            ),
+            "electron_fraction": Option(
+                "dimensionless",
+                0.4971,
+                "of the matter that the equation of state is of: it has the pressure of 4.897e14 (rho cm3/g)^(4/3) "
+                "dyn/cm2 at 0.4971; gamma_1 is then 4/3",
+                minimum=0.0,
+                maximum=1.0,
+                exclusive=True,
+            ),
+            "escape_energy": not_negative("energy", None, "that a neutrino carries off; 10 MeV without it"),
+            "trapping_density": positive("density", None, "above which neutrinos stay; 2e12 g/cm3 without it"),
+            "mass_unit": positive("mass", None, "of a scene in code units: what 1 is, in kg"),
+            "length_unit": positive("length", None, "of a scene in code units: what 1 is, in m"),
+        },
+        "neighbours",
+        "Liebendoerfer 2005; Shapiro & Teukolsky 1983",
+        size=sizes.DELEPTONISATION,
+        needs=("pressure",),
+    ),
     **HEAT,
     **RIGID,
 }

@@ -16,6 +16,7 @@ MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third o
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly
 ROCHE = 0.05  # tidal parameter beyond which a liquid is torn: 1/2.455^3 = 0.068
 HEAVIER = 4.0  # times its compactness a star is heavier for relativity: Gamma, pressure and energy in the mean
+CAPTURES, LEFT = (3e10, 2e16), 0.56  # kg/m3 between which electrons are captured, and what is left of them
 DENSER = 8.0  # that a body that does not collapse may become, by half its radius
 
 
@@ -217,6 +218,19 @@ def _relativistic_potential(body: Characteristic, options: Options) -> Found:
     return compact, difference(zone, body.end, weight=zone.weight * (1.0 + HEAVIER * compact))
 
 
+def _deleptonisation(body: Characteristic, options: Options) -> Found:
+    zone, dense = body.zone, body.central_density
+    assert zone is not None and dense is not None
+    if options["mass_unit"] is not None:
+        dense *= options["mass_unit"] / options["length_unit"] ** 3
+    elif body.gravitational_constant == 1.0:
+        raise KeyError("mass_unit")
+    first, last = CAPTURES
+    reached = 1.0 if body.falling > 0.0 else min(max(math.log(dense / first) / math.log(last / first), 0.0), 1.0)
+    left = 1.0 - (1.0 - LEFT) * reached
+    return 1.0 - left, difference(zone, body.end, pressure=zone.pressure * left ** (4.0 / 3.0))
+
+
 def _radiation_reaction(body: Characteristic, options: Options) -> Found:
     body = _lit(body, options)
     light, compact = body.speed_of_light, body.compactness
@@ -338,6 +352,10 @@ RADIATION_REACTION = Measure(
 RELATIVISTIC_POTENTIAL = Measure(
     "G M/(R c^2)", "I of one zone by the virial theorem, with a weight larger by four times that",
     "Chandrasekhar 1969, section 14; Marek et al. 2006", _relativistic_potential, _ZONE,
+)  # fmt: skip
+DELEPTONISATION = Measure(
+    "share of electrons captured", "I of one zone with the pressure of those left to the power 4/3",
+    "Liebendoerfer 2005", _deleptonisation, (*_ZONE, "central_density"),
 )  # fmt: skip
 COOLING = Measure(
     "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does", "Chandrasekhar 1939, chapter 4",

@@ -444,6 +444,11 @@ OF_EFFECTS: dict[str, Quantity] = {
     "accretion_rate": Quantity(
         _T, MASS_RATE, "kg s-1", "mass that sinks take from the fluid in a time", "from one record to the next"
     ),
+    "neutrino_energy": Quantity(
+        _T, ENERGY, "J", "energy that neutrinos have taken from the matter",
+        "what left and what is trapped, with what compresses it; total_energy and potential_energy have it",
+    ),
+    "least_electron_fraction": Quantity(_T, NUMBER, "1", "least electron fraction", "of any particle"),
     "companion_energy": Quantity(_TC, ENERGY, "J", "energy of each companion's orbit about the body", _TWO_POINTS),
 }  # fmt: skip
 """What only scenes with certain effects have, and only then; recorded in code units, under the same names."""

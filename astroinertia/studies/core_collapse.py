@@ -1,9 +1,13 @@
-"""Rotating core collapse by the name of a model, in Newton's gravity: from a rotating equilibrium through bounce.
+"""Rotating core collapse by the name of a model: from a rotating equilibrium through bounce.
 
 A name such as "A1B3G3" is one of the grid of Zwerger & Mueller (1997, A&A 320, 209), which Dimmelmeier, Font & Mueller
 (2002, A&A 393, 523) took over: an n = 3 polytrope of central density 1e10 g/cm^3 with P = K rho^(4/3), K = 4.897e14 in
 cgs, in rotational equilibrium under the law j_constant with scale A and T/|W| = B. It falls because below nuclear
 density the exponent is then gamma_1 = G at the same K. Mass and radius follow from K, the density and the rotation.
+
+With "G15" or "N13" in place of G, as in "A1B3G15", the exponent stays 4/3, and the core falls as it loses electrons
+where it becomes denser, by the fits of Liebendoerfer (2005, ApJ 633, 1042): of a relativistic star (G15), with the
+effective relativistic potential beside Newton's gravity, or of one in Newton's gravity alone (N13).
 The scales A2 to A4 and the values of B have not been checked against the paper's own table yet.
 Tests: tests/unit/studies/test_core_collapse.py, tests/physics/test_core_collapse.py.
 """
@@ -39,8 +43,10 @@ INDEX = 3.0
 CENTRAL_DENSITY = 1.0e13  # kg/m^3
 SCALES = {"A1": 5.0e7, "A2": 1.0e6, "A3": 5.0e5, "A4": 1.0e5}  # m
 ROTATIONS = {"B1": 0.0025, "B2": 0.005, "B3": 0.009, "B4": 0.018, "B5": 0.04}  # T/|W|
-EXPONENTS = {"G1": 1.325, "G2": 1.32, "G3": 1.31, "G4": 1.30, "G5": 1.28}  # gamma_1
-_ENDS = {"G1": 0.130, "G2": 0.100, "G3": 0.075, "G4": 0.060, "G5": 0.050}  # s: past the bounce of B3
+FITS = ("G15", "N13")  # of deleptonisation
+EXPONENTS = {"G1": 1.325, "G2": 1.32, "G3": 1.31, "G4": 1.30, "G5": 1.28, **dict.fromkeys(FITS, 4.0 / 3.0)}  # gamma_1
+# s: past the bounce of B3
+_ENDS = {"G1": 0.130, "G2": 0.100, "G3": 0.075, "G4": 0.060, "G5": 0.050, "G15": 0.130, "N13": 0.135}
 _SAME_RADIUS = 1e-4  # from step to step, which leaves a thousandth of that
 _CLEAR = 0.05  # of the greatest density: what a maximum stands out by
 _REBOUND = 1.0 / 3.0  # of the density at bounce: a core that falls below has bounced as a whole
@@ -51,33 +57,36 @@ _NEAR = 0.005  # s, about the bounce, in which its signal is looked for
 
 @dataclass(frozen=True)
 class CoreModel:
-    """One model of the grid: rotation scale A (m), T/|W| (0: at rest), gamma_1, and the star, in SI."""
+    """One model, in SI: rotation scale A (m), T/|W| (0: at rest), gamma_1, fit of the deleptonisation ("": none)."""
 
     name: str
     scale: float
     rotation: float
     gamma_1: float
+    fit: str = ""
 
     @property
     def end(self) -> float:
         """Time to follow it for, s: past the bounce, and for fast rotators until they fall again."""
-        slow = next(end for code, end in _ENDS.items() if EXPONENTS[code] == self.gamma_1)
+        slow = next(end for code, end in _ENDS.items() if EXPONENTS[code] == self.gamma_1 and self.fit in ("", code))
         return slow if self.rotation < ROTATIONS["B4"] else 2.0 * slow
 
 
 def core_model(name: str) -> CoreModel:
-    """Return a model by its name, "A1B3G3", or "G3" for the core at rest; SceneError for another name.
+    """Return a model by its name, "A1B3G3", "A1B3G15", or "G3" for the core at rest; SceneError for another name.
 
     >>> print(core_model("A1B3G3"))
-    CoreModel(name='A1B3G3', scale=50000000.0, rotation=0.009, gamma_1=1.31)
+    CoreModel(name='A1B3G3', scale=50000000.0, rotation=0.009, gamma_1=1.31, fit='')
     """
-    match = re.fullmatch(r"(?:(A\d)(B\d))?(G\d)", name)
+    match = re.fullmatch(r"(?:(A\d)(B\d))?([GN]\d{1,2})", name)
     scale, rotation, exponent = match.groups() if match else ("", "", "")
     if exponent not in EXPONENTS or (rotation and (scale not in SCALES or rotation not in ROTATIONS)):
         raise SceneError(
-            f'a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5) or, at rest, G3, not "{name}"'
+            "a core has a name such as A1B3G3 (A1 to A4, B1 to B5, G1 to G5, or G15 and N13 with deleptonisation) or, "
+            f'at rest, G3, not "{name}"'
         )
-    return CoreModel(name, SCALES.get(scale, math.inf), ROTATIONS.get(rotation, 0.0), EXPONENTS[exponent])
+    fit = exponent if exponent in FITS else ""
+    return CoreModel(name, SCALES.get(scale, math.inf), ROTATIONS.get(rotation, 0.0), EXPONENTS[exponent], fit)
 
 
 def initial_star(model: CoreModel) -> tuple[float, float, float]:
@@ -128,8 +137,13 @@ def core_scene(name: str, particles: int = 3000, end: float | None = None) -> st
         body = f'kind = "rotating_star"\nlaw = "j_constant"\nscale = "{model.scale!r} m"\naxis_ratio = {ratio!r}'
     else:
         body = 'kind = "polytrope"'
+    further = f'[effects.deleptonisation]\nfit = "{model.fit}"\n' if model.fit else ""
+    further += "[effects.relativistic_potential]\n" if model.fit == "G15" else ""
+    source = (
+        "with electrons captured as of Liebendoerfer (2005)" if model.fit else "of the grid of Zwerger & Mueller (1997)"
+    )
     return f"""name = "core_{name}"
-description = "Core collapse {name} of the grid of Zwerger & Mueller (1997)."
+description = "Core collapse {name} {source}."
 
 [body]
 {body}
@@ -145,14 +159,14 @@ gamma_1 = {gamma!r}
 gamma_2 = {CORE_COLLAPSE["gamma_2"]!r}
 gamma_thermal = {CORE_COLLAPSE["gamma_thermal"]!r}
 nuclear_density = "{CORE_COLLAPSE["nuclear_density"]!r} kg m-3"
-constant = "{constant!r} kg({1 - gamma:.6g}) m({3 * gamma - 1:.6g}) s-2"
+constant = "{constant!r} kg({1 - gamma:.15g}) m({3 * gamma - 1:.15g}) s-2"
 
 [effects.gravity]
 order = "fourth" # smoothing would take part of the binding, and add to the pressure
 [effects.pressure]
 order = "fourth"
 [effects.viscosity]
-
+{further}
 [numerics]
 precision = "auto"
 timesteps = "individual"

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects import catalogue, conduction, gravity, pressure, shear_viscosity, viscosity
+from astroinertia.effects import catalogue, conduction, deleptonisation, gravity, pressure, shear_viscosity, viscosity
 from astroinertia.effects.radiation_reaction import Waves
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
@@ -64,12 +64,16 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "dipole_braking": {"speed_of_light": 1.0, "period": 3.0, "period_derivative": 0.2, "index": 2.5},
     "radiation_reaction": {"speed_of_light": 3.0},
     "relativistic_potential": {"speed_of_light": 6.0},
+    "deleptonisation": {"mass_unit": 2e30, "length_unit": 1.26e5},
     "cooling": {"time_scale": 3.0, "floor": 0.1, "heating_rate": 0.1},
     "neutrino_loss": {"rate": 0.3, "thermal_energy": 0.2, "trapping_density": 1.0},
 }
 WITHOUT_FORCE = ("conduction", "cooling", "neutrino_loss")
-INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor", "shear_viscosity")
-POTENTIAL = ("gravity", "pressure", "rotating_frame", "tide", "companions", "sinks", "external_field", "target_tensor")
+INTERNAL = ("gravity", "pressure", "viscosity", "conduction", "target_tensor", "shear_viscosity", "deleptonisation")
+POTENTIAL = (
+    "gravity", "pressure", "rotating_frame", "tide", "companions", "sinks", "external_field", "target_tensor",
+    "deleptonisation",
+)  # fmt: skip
 
 
 def effects() -> tuple[Any, ...]:
@@ -269,6 +273,7 @@ PAIRS = {
     "viscosity": ("neighbour_terms", viscosity.RECONSTRUCTED, "acceleration"),
     "conduction": ("neighbour_terms", conduction.RELATIVE_VELOCITY, "heating"),
     "shear_viscosity": ("neighbour_terms", shear_viscosity.SHEAR_VISCOSITY, "acceleration"),
+    "deleptonisation": ("neighbour_terms", deleptonisation.LEPTONS, "acceleration"),
 }
 
 

@@ -65,6 +65,7 @@ TABLES = {
     "dipole_braking": "speed_of_light = 1.0\nperiod = 3.0\nperiod_derivative = 0.2",
     "radiation_reaction": "speed_of_light = 3.0",
     "relativistic_potential": "speed_of_light = 6.0",
+    "deleptonisation": "mass_unit = 2e30\nlength_unit = 1.26e5",
     "cooling": "time_scale = 3.0\nfloor = 0.1",
     "neutrino_loss": 'law = "diffusion"\ntime_scale = 3.0\ndensity = 0.1',
 }
@@ -78,6 +79,7 @@ TRACES = {
     r"strain_",
     "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
     "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
+    "deleptonisation": r"deleptonisation|lepton_",
 }
 HALVES = (
     (
@@ -90,6 +92,7 @@ HALVES = (
         "shear_viscosity",
         "dipole_braking",
         "relativistic_potential",
+        "deleptonisation",
     ),
     (
         "pressure",

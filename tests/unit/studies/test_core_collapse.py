@@ -19,7 +19,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGH
 OLD_RUN = Path(__file__).parents[2] / "data" / "format_1.nc"
 
 
-@pytest.mark.parametrize("name", ["", "A1B3", "A5B1G1", "A1B3G6", "B3G1", "A1G1", "a1b3g1", "A1B3G1 "])
+@pytest.mark.parametrize("name", ["", "A1B3", "A5B1G1", "A1B3G6", "B3G1", "A1G1", "a1b3g1", "A1B3G1 ", "N1", "G13"])
 def test_other_names_are_refused(name):
     with pytest.raises(SceneError, match="a core has a name such as A1B3G3"):
         core_collapse.core_model(name)
@@ -55,6 +55,18 @@ def test_the_scene_keeps_the_constant_in_cgs_whatever_the_exponent():
         fluid: Any = loads(core_collapse.core_scene(name)).equation_of_state
         assert fluid.gamma_1 == gamma
         assert fluid.constant * 1e3**gamma == pytest.approx(4.897e13, rel=1e-12)
+
+
+@pytest.mark.parametrize(("name", "effects"), [("G15", {"relativistic_potential"}), ("N13", set()), ("G3", None)])
+def test_a_core_that_loses_electrons_has_the_exponent_of_electrons_and_its_fit(name, effects):
+    scene = loads(core_collapse.core_scene(name))
+    others = {"gravity", "pressure", "viscosity"}
+    assert set(scene.effects) == others | (set() if effects is None else effects | {"deleptonisation"})
+    if effects is not None:
+        fluid: Any = scene.equation_of_state
+        assert scene.effects["deleptonisation"]["fit"] == name
+        assert fluid.gamma_1 == pytest.approx(4 / 3, rel=1e-15)
+        assert fluid.constant * 1e3 ** (4 / 3) == pytest.approx(4.897e13, rel=1e-12)
 
 
 def series(*turning_points):

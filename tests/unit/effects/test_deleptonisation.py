@@ -1,0 +1,222 @@
+"""Electrons lost to neutrinos: the fits, what the matter is worth, and where the energy goes that captures free.
+
+The neutrinos' pressure has the constant 4 pi/3 MeV^4/(hc)^3, 3.52127727e24 erg/cm^3 in GR1D (O'Connor & Ott 2010); the
+Fermi energy of relativistic electrons is hc (3 n/(8 pi))^(1/3), hc = 1239.84198 MeV fm (Shapiro & Teukolsky 1983).
+"""
+
+import itertools
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from astroinertia.build.effects import effects_of
+from astroinertia.effects import catalogue, deleptonisation as leptons
+from astroinertia.errors import SceneError
+from astroinertia.scene.load import loads
+from astroinertia.scene.plan import code_units
+from astroinertia.studies.core_collapse import core_scene
+from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT
+
+MASS, LENGTH = 2e30, 1e6
+DENSITY, SPECIFIC = MASS / LENGTH**3, GRAVITATIONAL_CONSTANT * MASS / LENGTH
+MEV = leptons.MEV / leptons.ATOMIC_MASS / SPECIFIC  # of a baryon, in code units of energy per mass
+
+
+def effect(**options: Any) -> Any:
+    return catalogue.build("deleptonisation", {"mass_unit": MASS, "length_unit": LENGTH, **options})
+
+
+def cgs(density: Any) -> Any:
+    """In code units, of g/cm^3."""
+    return 1e3 * np.asarray(density) / DENSITY
+
+
+def fluid(density: Any, **memory: Any) -> Any:
+    here = SimpleNamespace(density=np.atleast_1d(density), grad_h=np.ones(np.size(density)), contrast=None)
+    here.mass = np.ones(len(here.density))
+    here.memory = memory or effect().initial_memory(np, here)
+    return here
+
+
+@pytest.mark.parametrize(("fit", "first", "dense"), [("G15", 3e7, 0.278), ("N13", 2e7, 0.285)])
+def test_the_fits_go_through_their_points(fit: str, first: float, dense: float) -> None:
+    """Both ends; the middle, which is Y_c above the mean; halfway to it, where the cubic is Y_c/2 above the line."""
+    span = np.log10(2e13 / first)
+    at = cgs(first * 10 ** (span * np.array([-0.2, 0.0, 0.25, 0.5, 0.75, 1.0, 1.2])))
+    fall = 0.5 - dense
+    expected = [
+        0.5,
+        0.5,
+        0.5 - 0.25 * fall + 0.0175,
+        0.5 - 0.5 * fall + 0.035,
+        0.5 - 0.75 * fall + 0.0175,
+        dense,
+        dense,
+    ]
+    assert leptons.fitted(np, at, *effect(fit=fit).law(np)) == pytest.approx(expected, abs=1e-12)
+    fine = leptons.fitted(np, cgs(np.geomspace(1e7, 1e14, 2000)), *effect(fit=fit).law(np))
+    assert np.diff(fine).max() <= 1e-15
+
+
+def test_units_do_not_matter() -> None:
+    for density in (1e10, 3e12, 1e14):
+        found = []
+        for mass, length in ((MASS, LENGTH), (5e28, 3e7)):
+            made = catalogue.build("deleptonisation", {"mass_unit": mass, "length_unit": length})
+            unit, energy = mass / length**3, GRAVITATIONAL_CONSTANT * mass / length
+            here = SimpleNamespace(
+                density=np.array([1e3 * density / unit]), grad_h=np.ones(1), contrast=None, gradients={}
+            )
+            here.memory = made.initial_memory(np, here)
+            slope = made.fields(np, here)["lepton_slope"][0] * energy / unit
+            found.append((here.memory["electron_fraction"][0], slope, made.escape * energy))
+        assert found[0] == pytest.approx(found[1], rel=1e-12)
+
+
+def test_electrons_and_neutrinos_are_those_of_the_textbooks() -> None:
+    made = effect()
+    electrons, _ = made.electrons
+    for density, fraction in ((1e10, 0.44), (1e14, 0.278)):
+        potential = 4 * electrons * (cgs(density) * fraction) ** (1 / 3) / MEV
+        number = 1e6 * density / 1.66053907e-24 * fraction  # of electrons in a cubic metre
+        assert potential == pytest.approx(1239.84198e-15 * (3 * number / (8 * math.pi)) ** (1 / 3), rel=1e-6)
+    # K rho^(4/3) of the initial composition is 4.897e14 in cgs
+    pressure = electrons * (cgs(1.0) * 0.4971) ** (4 / 3) * DENSITY * SPECIFIC
+    assert 10 * pressure == pytest.approx(4.897e14, rel=1e-4)
+    neutrinos = made.trapped(np)[2]
+    assert 10 * neutrinos * (30 * MEV) ** 4 * DENSITY * SPECIFIC == pytest.approx(3.52127727e24 * 30**4 / 4, rel=1e-6)
+
+
+def test_thin_cold_matter_is_iron() -> None:
+    """Without electrons nuclei of the best size, A = 12.5/Y^2, are stable at 0.452 and 61: iron has 0.464 and 56."""
+    energy = minimize_scalar(lambda y: leptons.energy(np, 0.0, y, 0.0, 1.0), bounds=(0.3, 0.6), method="bounded")
+    assert energy.x == pytest.approx(26 / 56, abs=0.013)
+    assert leptons.B2 / (2 * leptons.B5 * energy.x**2) == pytest.approx(56, abs=6)
+
+
+def test_pressure_and_chemical_potential_are_slopes_of_the_energy() -> None:
+    """rho^2 du/drho and du/dY, by differentiation, with nothing trapped."""
+    made = effect(trapping_density=1e30)
+    with jax.enable_x64(True):
+        for density, fraction in ((cgs(1e10), 0.43), (cgs(1e14), 0.28)):
+            by_density, by_fraction = jax.grad(lambda r, y: leptons.energy(jnp, r, y, *made.electrons), argnums=(0, 1))(
+                jnp.asarray(density), jnp.asarray(fraction)
+            )
+            initial = jax.grad(lambda r: leptons.energy(jnp, r, 0.4971, *made.electrons))(jnp.asarray(density))
+            here = leptons.pressure(np, density, fraction, 0.4971, *made.trapped(np))[0]
+            assert here == pytest.approx(float(density**2 * (by_density - initial)), rel=1e-12)
+            assert leptons.chemical_potential(np, density, fraction, *made.electrons) == pytest.approx(
+                float(by_fraction), rel=1e-12
+            )
+
+
+def test_only_what_becomes_denser_loses_electrons() -> None:
+    made, memory = effect(), None
+    fractions = []
+    for density in (1e10, 1e12, 1e11, 1e12, 3e12):
+        here = fluid(cgs(density), **(memory or {}))
+        memory = made.remember(np, here, 0.1)
+        fractions.append(memory["electron_fraction"][0])
+    assert fractions[1] == fractions[2] == fractions[3]
+    assert fractions[0] > fractions[1] > fractions[4]
+    assert fractions[4] == leptons.fitted(np, cgs(3e12), *made.law(np))
+
+
+def compressed(first: float, last: float, steps: int) -> SimpleNamespace:
+    """One particle that becomes denser from g/cm^3 to g/cm^3, with uneven steps, as a run takes it along.
+
+    work: of its pressure, by Simpson's rule between evaluations; heat: what kicks have given it.
+    """
+    made = effect()
+    turns = (np.arange(steps + 1) + 0.3 * np.sin(np.arange(steps + 1))) / steps
+    turns[0], turns[-1] = 0.0, 1.0
+    path = lambda s: cgs(first * (last / first) ** s)  # noqa: E731
+    here = fluid(path(0.0))
+    here.memory = made.remember(np, here, 0.0)
+    start, work, heat = float(made.potential_energy(np, here)), 0.0, 0.0
+
+    def pressure(density: float) -> float:
+        fraction = min(0.4971, leptons.fitted(np, density, *made.law(np)))
+        return leptons.pressure(np, density, fraction, 0.4971, *made.trapped(np))[0]
+
+    for before, after in itertools.pairwise(turns):
+        heat += 0.5 * (after - before) * made.exchange(np, here)[0][0]
+        here = fluid(path(after), **here.memory)
+        here.memory = made.remember(np, here, after - before)
+        heat += 0.5 * (after - before) * made.exchange(np, here)[0][0]
+    edges = cgs(np.geomspace(first, last, 4001))
+    values = np.array([pressure(each) for each in edges]) / edges
+    work = float(np.trapezoid(values, np.log(edges)))
+    memory = here.memory
+    return SimpleNamespace(
+        gained=float(made.potential_energy(np, here)) - start, work=work, heat=heat,
+        owed=memory["capture_heat"][0], neutrinos=memory["neutrino_energy"][0],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("first", "last"), [(1e10, 1.9e12), (2.1e12, 2e14), (1e10, 2e14)])
+def test_all_energy_is_accounted_for_to_second_order(first: float, last: float) -> None:
+    """What is gained, neutrinos and debts included, is the work of the pressure less the heat that was given."""
+    errors = []
+    for steps in (50, 400):
+        found = compressed(first, last, steps)
+        errors.append(abs(found.gained + found.heat - found.work) / abs(found.work))
+    assert errors[-1] < 1e-4
+    assert math.log(errors[0] / errors[1]) / math.log(8.0) == pytest.approx(2.0, abs=0.15)
+
+
+def test_neutrinos_carry_off_ten_million_electron_volts_each_and_the_rest_is_heat() -> None:
+    made = effect()
+    found = compressed(1e10, 1.9e12, 800)
+    low, high = (float(leptons.fitted(np, cgs(rho), *made.law(np))) for rho in (1.9e12, 1e10))
+    x = np.linspace(math.log(1e10), math.log(1.9e12), 20001)
+    fraction = leptons.fitted(np, cgs(np.exp(x)), *made.law(np))
+    potential = leptons.chemical_potential(np, cgs(np.exp(x)), fraction, *made.electrons)
+    heat = -np.trapezoid(np.maximum(potential - 10 * MEV, 0.0), fraction)
+    carried = -np.trapezoid(np.minimum(potential, 10 * MEV), fraction)
+    assert found.neutrinos == pytest.approx(carried, rel=2e-3)
+    assert found.heat + found.owed == pytest.approx(heat, rel=2e-3)
+    assert 6 * MEV < carried / (high - low) < 10 * MEV
+
+
+def test_the_heat_is_given_in_time_and_never_taken() -> None:
+    """Steps that become ten times longer give more than is owed: the next ones wait."""
+    made, here = effect(), fluid(cgs(5e11))
+    here.memory = made.remember(np, here, 0.0)
+    given, density = 0.0, 5e11
+    for length in (1.0, 1.0, 1.0, 10.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0):
+        density *= 1.0 + 0.01 * length
+        rate = here.memory["capture_rate"][0]
+        here = fluid(cgs(density), **here.memory)
+        here.memory = made.remember(np, here, length)
+        after = here.memory["capture_rate"][0]
+        assert after >= 0.0
+        given += 0.5 * length * (rate + after)
+    freed = given + here.memory["capture_heat"][0]
+    assert abs(here.memory["capture_heat"][0]) < 0.1 * freed
+
+
+def test_trapped_neutrinos_push_from_nothing_on() -> None:
+    made = effect()
+    low, high = (leptons.trapped_pressure(np, cgs(d), 0.3232, *made.trapped(np)) for d in (1.999e12, 2.001e12))
+    electrons = made.electrons[0] * (cgs(2e12) * 0.3232) ** (4 / 3)
+    assert low == 0.0 and 0.0 <= high < 1e-4 * electrons
+
+
+def test_units_are_asked_for_where_a_scene_has_none_and_refused_where_it_has() -> None:
+    scene = loads(core_scene("G15", 100), ["effects.deleptonisation.mass_unit='1 kg'"])
+    with pytest.raises(SceneError, match="are for scenes in code units"):
+        effects_of(scene, code_units(scene))
+    with pytest.raises(ValueError, match="the scene has no units"):
+        catalogue.build("deleptonisation").in_units(DIMENSIONLESS)
+    scene = loads(core_scene("G15", 100))
+    made = next(each for each in effects_of(scene, code_units(scene)) if each.kind == "deleptonisation")
+    assert made.escape * code_units(scene).unit("specific_energy") == pytest.approx(
+        10 * leptons.MEV / leptons.ATOMIC_MASS
+    )
