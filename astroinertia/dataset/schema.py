@@ -35,6 +35,7 @@ SNAPSHOT: dict[str, Quantity] = {
     "internal_energy": Quantity(_S, SPECIFIC_ENERGY, "J kg-1", "specific internal energy"),
     "entropy": Quantity(_S, NUMBER, "1", "entropy function", _ENTROPY),
     "pressure": Quantity(_S, PRESSURE, "Pa", "pressure"),
+    "electron_fraction": Quantity(_S, NUMBER, "1", "electron fraction", "electrons a baryon; with deleptonisation"),
     "material": Quantity(_S, NUMBER, "1", "material", "its number in the scene's list of materials, from 0"),
 }
 """Per particle, in the order of the particles' identities."""

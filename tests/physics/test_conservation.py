@@ -23,8 +23,8 @@ SIMS = sorted(path for path in single_scenes() if load.load_file(path).model == 
 STEPS = 250  # the full test takes 1200, in both engines
 # Few scenes that have every effect between them; the full test has all.
 FEW = (
-    "collapse_to_sink", "contracting_star", "jacobi_by_viscosity", "made_to_order", "neutron_star", "pulsar_collapse",
-    "roche_limit", "sod", "star_and_companion", "tidal_disruption",
+    "collapse_to_sink", "contracting_star", "deleptonising_core", "jacobi_by_viscosity", "made_to_order",
+    "neutron_star", "pulsar_collapse", "roche_limit", "sod", "star_and_companion", "tidal_disruption",
 )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from astroinertia.sph.kernels import KERNELS, neighbour_number
 
 RADIUS_BINS = 32
 MODES = (1, 2, 3, 4)
+SHOWN = ("electron_fraction",)  # of what effects evolve for themselves, what snapshots have
 RING = (0.25, 0.75)  # of the mass, in the order of its distance from the axis
 
 
@@ -148,6 +149,7 @@ def snapshot_record(state: State) -> dict[str, Any]:
         "entropy": state.entropy,
         "pressure": fluid.pressure,
         **({} if state.material is None else {"material": state.material}),
+        **{name: state.memory[name] for name in SHOWN if name in state.memory},
     }
     ordered = {name: np.asarray(array)[order] for name, array in arrays.items()}
     if "sinks" in state.points:  # a snapshot has all particles that there ever were: those accreted are NaN

@@ -18,10 +18,13 @@ from scipy.optimize import minimize_scalar
 from astroinertia.build.effects import effects_of
 from astroinertia.effects import catalogue, deleptonisation as leptons
 from astroinertia.errors import SceneError
+from astroinertia.models.sph.record import energy_budget, snapshot_record
+from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units
 from astroinertia.studies.core_collapse import core_scene
 from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT
+from tests.ball import ball, state_of
 
 MASS, LENGTH = 2e30, 1e6
 DENSITY, SPECIFIC = MASS / LENGTH**3, GRAVITATIONAL_CONSTANT * MASS / LENGTH
@@ -220,3 +223,35 @@ def test_units_are_asked_for_where_a_scene_has_none_and_refused_where_it_has() -
     assert made.escape * code_units(scene).unit("specific_energy") == pytest.approx(
         10 * leptons.MEV / leptons.ATOMIC_MASS
     )
+
+
+def fallen(steps: int) -> SimpleNamespace:
+    """A ball of 3e11 g/cm^3 that turns, falls to three times that density and loses electrons, with uneven steps."""
+    position = ball(60)
+    made = catalogue.build("deleptonisation", {"mass_unit": 2e30, "length_unit": 1.166e5})
+    velocity = -0.9 * position + 0.3 * np.cross((0.0, 0.0, 1.0), position)
+    parts = (catalogue.build("pressure"), made)
+    problem, state, arrangement = state_of(*parts, position=position, velocity=velocity)
+    begun = SimpleNamespace(state=state, energy=energy_budget(problem, state)["total"])
+    for number in range(steps):
+        length = 0.4 / steps * (1.0 + 0.3 * math.cos(math.pi * number))
+        state = step(problem, arrangement, state, np.float64(length))
+    gained = energy_budget(problem, state)["total"] - begun.energy
+    return SimpleNamespace(begun=begun.state, state=state, gained=gained, taken=made.recorded(state))
+
+
+def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -> None:
+    runs = [fallen(steps) for steps in (20, 80)]
+    first, last = (abs(run.gained) for run in runs)
+    found, begun = runs[-1].state, runs[-1].begun
+    assert math.log(first / last) / math.log(4.0) == pytest.approx(2.0, abs=0.3)
+    heat = float(found.ledger.heating.total[1])
+    assert last < 1e-4 * heat
+    assert heat > 0.0 and runs[-1].taken["neutrino_energy"] > 0.0
+    assert runs[-1].taken["least_electron_fraction"] < begun.memory["electron_fraction"].min() - 0.02
+    momentum = found.mass @ (found.velocity - begun.velocity)
+    assert np.abs(momentum).max() < 1e-14
+    spin = [each.mass @ np.cross(each.position, each.velocity) for each in (begun, found)]
+    assert np.abs(spin[1] - spin[0]).max() < 1e-14
+    shown = snapshot_record(found)["electron_fraction"]
+    assert (shown[np.asarray(found.identity)] == found.memory["electron_fraction"]).all()
