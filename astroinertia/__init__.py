@@ -119,7 +119,7 @@ def run_scene(
     from astroinertia.accuracy import running
     from astroinertia.observables.own import with_observables
     from astroinertia.run.loop import refuse_before
-    from astroinertia.run.meter import watched
+    from astroinertia.run.meter import preparing, watched
     from astroinertia.scene import load as scenes, sweep as sweeps
     from astroinertia.scene.own_bodies import with_body
     from astroinertia.scene.own_matter import with_matter
@@ -136,7 +136,7 @@ def run_scene(
             return run_sweep(sweep, place, workers, cluster, listener=meter and meter.tell_members).file
     chosen = scenes.with_effects(scene, own) if isinstance(scene, Scene) else scenes.of(scene, own)
     called = running.callback_of(callback, every, chosen)
-    with watched(progress, listener) as meter:
+    with watched(progress, listener, preparing(chosen.model)) as meter:
         if chosen.wants_choice:
             refuse_before(chosen, place)
             from astroinertia.accuracy.choice import choose, pilots_beside

@@ -78,6 +78,22 @@ class RunInterrupted(AstroinertiaError):
         return f"the run was stopped by {self.by} at {100 * self.share:.1f}% and is saved in {self.folder}"
 
 
+class CompanionInterrupted(RunInterrupted):
+    """A run was stopped once it had ended, in the companion run `name` of its error bars; share: of that one."""
+
+    def __init__(self, folder: object, name: str, number: int, runs: int, share: float, by: str = "request") -> None:
+        self.name, self.number, self.runs = name, number, runs
+        super().__init__(folder, share, 1.0, by)
+        self.args = (folder, name, number, runs, share, by)
+
+    def __str__(self) -> str:
+        return (
+            f"the run itself is done; what its error bars come from was stopped by {self.by} at "
+            f"{100 * self.share:.1f}% of companion run {self.number} of {self.runs} ({self.name}), and is saved in "
+            f"{self.folder}"
+        )
+
+
 class SweepInterrupted(RunInterrupted):
     """A sweep was stopped; under_way: the share that is done of each member that is saved by half, by its name."""
 

@@ -32,11 +32,12 @@ ORDERS = (1.2, 2.4)  # in h, that are believed of a ladder; where it tells none,
 TRUST = 0.3  # standard deviation of theory's order from scene to scene (tests/benchmarks/results/tradeoff.md)
 OF_RESOLUTION, OF_STEPS, OF_GRAVITY = 0.7, 0.15, 0.15  # shares of the wanted accuracy
 TRIED = 600  # particles, the most on which time steps and gravity are tried
-MOST = 10_000_000  # particles
+MOST = 10_000_000  # particles of a run: more are not chosen
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGER, SHORTEST = 2.0, 0.05  # factors of the time step
 REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
+USUAL = 3600.0  # s, that are allowed at most for that, whatever the run may take
 
 Other = Callable[[Measured, float], Settings | None]
 
@@ -136,8 +137,9 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
                 return cheaper
             wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
             further = ladder.work(following, ladder.factor) + ladder.work(fewest, 1.0)
-            if ladder.seconds(wanted) > seconds:
-                if len(ladder.runs) > 2 and ladder.seconds(following) > REFUSING * seconds:
+            if wanted > MOST or ladder.seconds(wanted) > seconds:
+                telling = ladder.seconds(following) > REFUSING * min(seconds, USUAL) or following > MOST
+                if len(ladder.runs) > 2 and telling:
                     return _refusal(ladder, estimate, wanted, seconds)
             elif not ladder.affords(further, wanted, ladder.factor):
                 return _settled(ladder, estimate, wanted, accuracy)
@@ -159,7 +161,7 @@ def _announce(ladder: Ladder, fewest: int) -> None:
 
 def _particles(ladder: Ladder, estimate: Estimate, error: float) -> float:
     """How many particles have an error, by what the finest pilot has."""
-    wanted = min(ladder.finest * estimate.ratio_for(error) ** -3, MOST)
+    wanted = ladder.finest * estimate.ratio_for(error) ** -3
     return _rounded(wanted) if wanted > LEAST else float(LEAST)
 
 
@@ -248,8 +250,10 @@ def _gravity(
 def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float) -> OutOfReach:
     finest = ladder.finest
     most = finest * (seconds / ladder.seconds(finest)) ** (1.0 / COST)
+    takes = f"it takes {wanted:.2g} particles and {duration(ladder.seconds(wanted))}"
+    if most < MOST:
+        within = f"in {duration(seconds)} some {most:.2g} particles"
+    else:
+        most, within = MOST, f"no more than {MOST:.2g} are chosen, which"
     best = estimate.at((most / finest) ** (-1 / 3)) / OF_RESOLUTION
-    return OutOfReach(
-        f"it takes {wanted:.2g} particles and {duration(ladder.seconds(wanted))}; in {duration(seconds)} some "
-        f"{most:.2g} particles have {best:.1e}"
-    )
+    return OutOfReach(f"{takes}; {within} have {best:.1e}")

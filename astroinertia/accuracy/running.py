@@ -17,7 +17,7 @@ from astroinertia import dataset as datasets
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.build.assemble import missing, scene_of
 from astroinertia.engines import hosts
-from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveError, CompanionInterrupted, NumericalError, RunInterrupted, SceneError
 from astroinertia.run import loop
 from astroinertia.run.callback import STOPPED, Callback, callback_of
 from astroinertia.run.loop import Completion, Listener, Progress
@@ -116,7 +116,8 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
                 outcome = str(error)
                 seconds += clock.monotonic() - begin
             except RunInterrupted as stopped:
-                raise RunInterrupted(folder, 1.0 + number, 1.0 + len(runs), stopped.by) from None
+                share = stopped.share
+                raise CompanionInterrupted(folder, _words(run), number + 1, len(runs), share, stopped.by) from None
             outcomes.append((run, outcome))
         return with_error_bars(main, outcomes).assign_attrs(
             error_bars_companion_runs=", ".join(run.name for run in runs), error_bars_wall_time=seconds
@@ -141,5 +142,9 @@ def _labelled(listener: Listener | None, companion: CompanionRun, number: int, c
     if listener is None:
         return None
     tell: Callable[[Progress], None] = listener
-    part = f"companion run {number + 1} of {count}, {companion.name.replace('_', ' ').replace('-', ' ')}"
+    part = f"companion run {number + 1} of {count}, {_words(companion)}"
     return lambda progress: tell(replace(progress, part=part))
+
+
+def _words(companion: CompanionRun) -> str:
+    return companion.name.replace("_", " ").replace("-", " ")

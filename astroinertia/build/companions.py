@@ -44,20 +44,6 @@ def bodies(scene: Scene, units: CodeUnits, mass: float) -> Any:
     return simulation(mass, in_code_units(scene.companions, units), integrator=orbits.integrator, timestep=timestep)
 
 
-def refuse_one_sided(scene: Scene) -> None:
-    """SceneError where a scene wants the body to act back on the orbits without what that needs."""
-    missing = {
-        "companions": not scene.companions,
-        "the effect gravity_gradient": "gravity_gradient" not in scene.effects,
-        '[numerics] integrator = "splitting"': scene.numerics.integrator != "splitting",
-    }
-    for what, lacking in missing.items():
-        if lacking:
-            raise SceneError(f"[orbits] back_reaction needs {what}.")
-    if scene.body.change is not None:
-        raise SceneError("[orbits] back_reaction is for a body that keeps its size, so there can be no [body.change].")
-
-
 def beside(scene: Scene, units: CodeUnits, problem: Any, body: Particles) -> tuple[dict[str, Any], Particles]:
     """The companions beside a body of particles as the scene wants them to move, and the body where they have it.
 

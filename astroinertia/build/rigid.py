@@ -62,8 +62,6 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     if deformable and principal[0] <= 0.0:
         raise SceneError("[effects.rotational_deformation] leaves the body at rest with a moment that is not positive.")
     two_way = scene.orbits.back_reaction
-    if two_way:
-        companions.refuse_one_sided(scene)
     body = rigid.body(
         mass,
         np.maximum(principal, 0.0),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from astroinertia.cli.parser import Add
 from astroinertia.guide.pages import TOPICS
+from astroinertia.storage.ready_made import scenes
 
 HELP = """\
 Once for each user; shells that are started from then on complete what is begun when Tab is pressed. The folder must
@@ -32,4 +33,6 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
             action.complete = shtab.FILE  # pyright: ignore[reportAttributeAccessIssue]
         elif action.dest == "topic":
             action.choices = tuple(TOPICS)
+        elif action.dest == "ready_made":
+            action.choices = tuple(scenes())
     return shtab.complete(parser, shell)

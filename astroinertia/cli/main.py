@@ -27,6 +27,7 @@ from astroinertia.cli import (
     hosts,
     moments,
     movie,
+    new as cli_new,
     plan as cli_plan,
     precession,
     ratios,
@@ -42,7 +43,7 @@ from astroinertia.cli.parser import Add, Command, Options, add_scene, add_settin
 from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
-from astroinertia.run.meter import Meter, Voice
+from astroinertia.run.meter import Meter, Voice, preparing
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
@@ -132,7 +133,8 @@ def _commands() -> dict[str, Command]:
     """The commands: function, what it does, end of its help, what adds its arguments."""
     running = (stop.add_arguments, hosts.add_arguments, cli_sweep.add_arguments)
     return {
-        "new": Command(_new, "write a commented example scene", "star.toml", (_add_new,)),
+        "new": Command(_new, "write a commented scene, or copy one that runs as it stands", cli_new.help_text(),
+                       (cli_new.add_arguments,)),
         "plan": Command(_plan, "say what a scene calls for, why, and what it costs", "star.toml",
                         (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
         "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
@@ -171,10 +173,6 @@ def _commands() -> dict[str, Command]:
         "completion": Command(_completion, "print what a shell needs to complete commands, options and files",
                               completion.HELP, (completion.add_arguments,)),
     }  # fmt: skip
-
-
-def _add_new(add: Add) -> None:
-    add("file", nargs="?", metavar="FILE", type=Path, help="where to write it; to the screen without it")
 
 
 def _add_run(add: Add) -> None:
@@ -235,9 +233,7 @@ def _chosen(scene: "Scene", folder: Path, options: Options) -> "Scene":
 
 
 def _new(options: Options) -> int:
-    from astroinertia.scene.example import example_text
-
-    text = example_text()
+    text = cli_new.text(options)
     if options.file is None:
         _say(text, end="")
         return GOOD
@@ -303,7 +299,7 @@ def _run(options: Options) -> int:
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     if wobble := unstated_wobble(scene):
         _say(wobble)
-    with Meter(_Console(highlight=False)) as meter, _profile(options, begun) as profile:
+    with Meter(_Console(highlight=False), preparing(scene.model)) as meter, _profile(options, begun) as profile:
         result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun), profile=profile)
     return _finished(result, folder)
 

@@ -19,6 +19,7 @@ a first session:
   astroinertia guide                         the guide: its topics; astroinertia guide first-run to begin
 
 more:
+  astroinertia new --from evrard cloud.toml  a scene that runs as it stands; `astroinertia new --help` lists them
   astroinertia run star.toml --set body.particles=5000 --set "time.end=2 s" --output runs/coarse
   astroinertia movie runs/<name>             a film of the body; report and view: pages for a browser
   astroinertia compare runs/coarse runs/fine  the same quantities of several runs or models, and how far they differ

@@ -17,42 +17,52 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.own import FAILURES
+from astroinertia.effects.particle_names import OF_PARTICLES
 from astroinertia.engines.pytree import pytree
-from astroinertia.errors import AstroinertiaError, NumericalError, SceneError
+from astroinertia.errors import AbsentError, AstroinertiaError, NumericalError, SceneError
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown, si_unit, with_unit
 
 Array = Any
 _DIMENSIONS = {  # of what a state has that is not named as its dimension is
-    "position": "length", "centre_of_mass": "length", "smoothing_length": "length", "sound_speed": "velocity",
-    "centre_of_mass_velocity": "velocity", "internal_energy": "specific_energy", "attitude": "dimensionless",
-    "inertia_tensor": "moment_of_inertia", "principal_moments": "moment_of_inertia",
+    "masses": "mass", "positions": "length", "velocities": "velocity", "densities": "density",
+    "smoothing_lengths": "length", "internal_energies": "specific_energy", "pressures": "pressure",
+    "sound_speeds": "velocity", "centre_of_mass": "length", "centre_of_mass_velocity": "velocity",
+    "attitude": "dimensionless", "inertia_tensor": "moment_of_inertia", "principal_moments": "moment_of_inertia",
 }  # fmt: skip
 
 
+class _Named:
+    """What says which names it has where another is asked for."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise AbsentError(f"a state has no {name!r}, but {', '.join(_names(type(self)))}")
+
+
 @dataclass(frozen=True)
-class FluidState:
+class FluidState(_Named):
     """The particles that a function gives accelerations to, in no fixed order; in SI, or code units where the scene is.
 
-    time (); mass (N,), position and velocity (N, 3), density, smoothing_length, internal_energy (of unit mass),
-    pressure and sound_speed (N,); centre_of_mass and centre_of_mass_velocity (3,) of the whole body. Velocities are
-    those predicted for this time. With individual time steps these are the particles that are due now.
+    time (); masses (N,), positions and velocities (N, 3), densities, smoothing_lengths, internal_energies (of unit
+    mass), pressures and sound_speeds (N,); centre_of_mass and centre_of_mass_velocity (3,) of the whole body. These
+    are the names that a callback's state has. Velocities are those predicted for this time. With individual time steps
+    these are the particles that are due now.
     """
 
     time: float
-    mass: Array
-    position: Array
-    velocity: Array
-    density: Array
-    smoothing_length: Array
-    internal_energy: Array
-    pressure: Array
-    sound_speed: Array
+    masses: Array
+    positions: Array
+    velocities: Array
+    densities: Array
+    smoothing_lengths: Array
+    internal_energies: Array
+    pressures: Array
+    sound_speeds: Array
     centre_of_mass: Array
     centre_of_mass_velocity: Array
 
 
 @dataclass(frozen=True)
-class RigidState:
+class RigidState(_Named):
     """The rigid body that a function gives a torque on, in inertial axes; in SI, or code units where the scene is.
 
     time (), mass (); attitude (3, 3), the scene's axes of the body as rows; angular_velocity (3,), angular_momentum
@@ -70,8 +80,7 @@ class RigidState:
 
 def acceleration(self, xp, fluid):
     """What the function returns, (N, 3); velocities are those predicted for the end of the step: second order."""
-    arrays = [getattr(fluid, name) for name in _names(FluidState)[:-2]]
-    arrays += [fluid.centre, fluid.centre_velocity]
+    arrays = [fluid.time, *(getattr(fluid, one) for one in OF_PARTICLES.values()), fluid.centre, fluid.centre_velocity]
     call = functools.partial(_on_host, self, FluidState, np.shape(fluid.position), "acceleration")
     return call(*arrays) if xp is np else _called_back(call, np.shape(fluid.position), map(_not_differentiated, arrays))
 

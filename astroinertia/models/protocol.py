@@ -14,8 +14,9 @@ class Figures(NamedTuple):
     """What a run tells while it goes, in code units; NaN where a model has no such thing.
 
     total_energy is less what has come from outside without a static potential, so that a change of it is an error;
-    energy_scale is the largest of the energies, against which it is judged. limited_by is what sets the time step, and
-    where, in words.
+    energy_scale is the largest of the energies, against which it is judged. limited_by is what sets the time step, in
+    words; limited_at the distance from the centre of mass and the density where that is, if it is anywhere; note is
+    what else there is to say.
     """
 
     total_energy: float
@@ -23,6 +24,8 @@ class Figures(NamedTuple):
     ledger_closure: float
     density_max: float
     limited_by: str = ""
+    limited_at: tuple[float, float] | None = None
+    note: str = ""
 
 
 class Evolution(Protocol):

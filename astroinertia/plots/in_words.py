@@ -278,8 +278,10 @@ def _effects(dataset: xr.Dataset) -> Table | None:
     }
     columns = {title: values for title, values in columns.items() if np.isfinite(values).any()}
     rows = tuple((name, *(_cell(values[k]) for values in columns.values())) for k, name in enumerate(names))
-    scale = "its angular momentum" if turning else "the largest it could have"
-    below = f"E: largest energy of the run; dL: angular momentum that an effect has given, over {scale}"
+    below = "E: largest energy of the run"
+    if any(title.startswith("largest dL") for title in columns):
+        scale = "its angular momentum" if turning else "the largest it could have"
+        below += f"; dL: angular momentum that an effect has given, over {scale}"
     return Table("The ledger of effects", ("effect", *columns), rows, (20, *(18 for _ in columns)), below)
 
 

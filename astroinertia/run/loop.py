@@ -26,11 +26,12 @@ from astroinertia.build.assemble import (
 from astroinertia.build.structure import as_begun
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
+from astroinertia.dataset.schema import code_units
 from astroinertia.effects.own import failures_said, raise_failure
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.models.protocol import Through
+from astroinertia.models.protocol import Figures, Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
@@ -42,7 +43,7 @@ from astroinertia.scene.plan import cadence
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
-from astroinertia.units import DIMENSIONLESS, CodeUnits
+from astroinertia.units import DIMENSIONLESS, CodeUnits, si_unit
 
 if TYPE_CHECKING:
     from astroinertia.run.profile import Profile
@@ -54,8 +55,9 @@ MARGIN = 1.5  # steps and saves take their time unevenly: so much of what the la
 
 @dataclass(frozen=True)
 class Progress:
-    """What a run tells while it goes, in code units and seconds of wall time.
+    """What a run tells while it goes: time and end in code units, wall_time and to_go in seconds of it.
 
+    density_max: in density_unit, which is empty where the scene is in code units.
     energy_error: change of the total energy over the largest of the kinetic, internal and potential energies; NaN, like
     the two after it, where a model has no such thing. limited_by: what sets the time step, and where; may be empty.
     to_go: seconds of wall time that are left, as predicted and as seen so far; NaN while nothing is known. part: which
@@ -74,6 +76,7 @@ class Progress:
     to_go: float = math.nan
     part: str = ""
     planned_steps: float = math.nan
+    density_unit: str = ""
 
 
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
@@ -418,7 +421,7 @@ class _Run:
         if self.listener is None or (not force and clock.monotonic() - self.reported_at < 0.2):
             return
         self.reported_at = clock.monotonic()
-        figures = self.body.figures()
+        figures, units = self.body.figures(), code_units(self.archive.metadata)
         progress = Progress(
             time=self.body.time,
             end=self.output.end,
@@ -426,8 +429,9 @@ class _Run:
             wall_time=self.counters["wall_time"] + self.reported_at - self.opened,
             energy_error=abs(figures.total_energy - self.counters["opening_energy"]) / figures.energy_scale,
             ledger_closure=figures.ledger_closure,
-            density_max=figures.density_max,
-            limited_by=figures.limited_by,
+            density_max=float(units.to_si(figures.density_max, "density")),
+            density_unit="" if units == DIMENSIONLESS else si_unit("density"),
+            limited_by=_limited_by(figures, units),
             to_go=self._to_go(),
             planned_steps=self.archive.metadata["predicted_steps"] if self._off_plan() else math.nan,
         )
@@ -473,3 +477,18 @@ def seconds_left(worked: float, seconds: float, left: float, predicted: float) -
     seen = seconds / worked
     trusted = min(1.0, worked / TRUSTED) if math.isfinite(predicted) else 1.0
     return left * (seen if trusted == 1.0 else trusted * seen + (1.0 - trusted) * predicted)
+
+
+def _limited_by(figures: Figures, units: CodeUnits) -> str:
+    """What sets the time step, and where, in units that people read."""
+    where = ""
+    if figures.limited_at is not None:
+        distance, density = figures.limited_at
+        if units == DIMENSIONLESS:
+            where = f" at radius {distance:.3g}, density {density:.3g}"
+        else:
+            metres = units.to_si(distance, "length")
+            size, unit = (1e3, "km") if metres >= 1e3 else (1.0, "m")
+            in_si = f"{units.to_si(density, 'density'):.3g} {si_unit('density')}"
+            where = f" at radius {metres / size:.3g} {unit}, density {in_si}"
+    return ", ".join(filter(None, [figures.limited_by + where, figures.note]))

@@ -20,7 +20,12 @@ if TYPE_CHECKING:
 
 SECONDS_BETWEEN_LINES = 6.0  # where the output is no terminal
 LONGEST_SILENCE = 8.0  # seconds, longer than that: then a line says that work goes on
-PREPARING = "preparing the body: placing and settling it"
+PREPARING = "preparing the body"
+
+
+def preparing(model: str) -> str:
+    """What is done before the first step, in words."""
+    return f"{PREPARING}: placing and settling it" if model == "sph" else f"{PREPARING}, and compiling its motion"
 
 
 class Voice:
@@ -125,9 +130,9 @@ class Meter:
         shown = {
             "energy error": f"{progress.energy_error:.1e}",
             "ledger closure": f"{progress.ledger_closure:.1e}",
-            "densest": f"{progress.density_max:.3g}",
+            "densest": f"{progress.density_max:.3g} {progress.density_unit}".strip(),
         }
-        parts = [f"{name} {value}" for name, value in shown.items() if value != "nan"]
+        parts = [f"{name} {value}" for name, value in shown.items() if not value.startswith("nan")]
         parts += filter(None, [doubtful(progress.ledger_closure, progress.energy_error)])
         parts += [f"step limited by {progress.limited_by}"] if progress.limited_by else []
         if math.isfinite(progress.planned_steps):

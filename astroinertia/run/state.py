@@ -17,22 +17,14 @@ from astroinertia.dataset.schema import (
     reason_for_absence,
 )
 from astroinertia.dataset.series import frame_of, gap_tolerance
+from astroinertia.effects.particle_names import CENTRE_VELOCITY, OF_PARTICLES as SEEN
 from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import DERIVED, OF_EFFECTS, RECORDED, Quantity
 from astroinertia.scene.problems import nearest
 from astroinertia.units import DIMENSIONLESS, astropy_quantity
 
-# What is of each particle, in the plural, beside the same of the whole body.
-OF_PARTICLES = {
-    "positions": "position",
-    "velocities": "velocity",
-    "masses": "mass",
-    "densities": "density",
-    "smoothing_lengths": "smoothing_length",
-    "internal_energies": "internal_energy",
-    "entropies": "entropy",
-    "pressures": "pressure",
-}
+# Of those that a function of a force has, the ones that snapshots have; and entropies.
+OF_PARTICLES = {many: one for many, one in (SEEN | {"entropies": "entropy"}).items() if one in SNAPSHOT}
 
 
 class RunState:
@@ -40,10 +32,11 @@ class RunState:
 
     time; step; model, and effects, whose order is that of rows. Every quantity of the headline series has its name, as
     in a dataset: inertia_tensor (3, 3), angular_momentum (3,), total_energy, ledger_closure, virial_tensor (E, 3, 3)
-    and so on, also those that follow, such as principal_moments (3,). Of particles there are positions (N, 3),
-    velocities (N, 3), masses (N,), densities (N,), smoothing_lengths, internal_energies, entropies and pressures, in
-    the order of their identities, without those that sinks have accreted. What a body does not have raises AbsentError,
-    which says why, so that hasattr tells. All are copies: what is done to them changes nothing in the run.
+    and so on, also those that follow, such as principal_moments (3,), and centre_of_mass_velocity (3,). Of particles
+    there are positions (N, 3), velocities (N, 3), masses (N,), densities (N,), smoothing_lengths, internal_energies,
+    entropies and pressures, in the order of their identities, without those that sinks have accreted. A function that
+    serves as a force gets the same names (effects.by_function). What a body does not have raises AbsentError, which
+    says why, so that hasattr tells. All are copies: what is done to them changes nothing in the run.
     """
 
     def __init__(
@@ -63,6 +56,8 @@ class RunState:
             raise AttributeError(name)
         if name == "time":
             return self._quantity(np.array(self._time), TIME_QUANTITY)
+        if name == CENTRE_VELOCITY:
+            return self.momentum / self.mass
         if name in OF_PARTICLES:
             return self._of_particles(name)
         schema = self._schema
@@ -81,7 +76,8 @@ class RunState:
     def __dir__(self) -> list[str]:
         known = [name for name in (*self._series, *self._derived) if name in self._schema]
         particles = [many for many, one in OF_PARTICLES.items() if self._particles and one in self._particles]
-        return ["time", "step", "model", "effects", *dict.fromkeys([*known, *particles])]
+        moving = [CENTRE_VELOCITY] if {"momentum", "mass"} <= set(known) else []
+        return ["time", "step", "model", "effects", *dict.fromkeys([*known, *moving, *particles])]
 
     def __repr__(self) -> str:
         particles = "" if self._particles is None else f", {len(self._particles['mass'])} particles"

@@ -58,7 +58,11 @@ class Orbits(Part):
     timestep: Duration | None = Field(
         default=None, description="of whfast; without it, a fortieth of the shortest period"
     )
-    back_reaction: bool = Field(default=False, description="the body's quadrupole acts back on the orbits")
+    back_reaction: bool = Field(
+        default=False,
+        description="the body's quadrupole acts back on the orbits (model rigid, with the effect gravity_gradient and "
+        'numerics.integrator = "splitting")',
+    )
     archive: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
         default=None,
         description="a REBOUND SimulationArchive to take the companions' orbits from, relative to the scene",

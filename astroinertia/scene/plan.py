@@ -354,18 +354,30 @@ SPLITTING = {
 }
 
 
+TIMES = {"Myr": 3.15576e13, "kyr": 3.15576e10, "yr": 3.15576e7, "d": 86400.0, "h": 3600.0, "min": 60.0, "s": 1.0,
+         "ms": 1e-3, "µs": 1e-6}  # fmt: skip
+
+
+def _lasting(scene: Scene, time: float) -> str:
+    """A time of the run in the largest unit that it is at least one of."""
+    if scene.dimensionless:
+        return f"{time:.6g}"
+    unit = next((name for name, size in TIMES.items() if time >= size * (1.0 - 1e-9)), "µs")
+    return f"{time / TIMES[unit]:.6g} {unit}"
+
+
 def _time(scene: Scene) -> tuple[Line, ...]:
     written, end = cadence(scene), scene.time.end
-    lines = [Line("end", _shown(scene, end, "time"))]
+    lines = [Line("end", _lasting(scene, end))]
     if scene.time.max_steps is not None:
         lines.append(Line("or after", f"{scene.time.max_steps} steps"))
     if written.series_every is not None:
-        often = f"every {_shown(scene, written.series_every, 'time')}"
+        often = f"every {_lasting(scene, written.series_every)}"
         lines.append(Line("series", often, f"{records(end, written.series_every)} records"))
     else:
         lines.append(Line("series", f"every {written.series_steps} steps"))
     if scene.model == "sph":
-        often = f"every {_shown(scene, written.snapshot_every, 'time')}"
+        often = f"every {_lasting(scene, written.snapshot_every)}"
         lines.append(Line("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
     return (*lines, Line("checkpoints", f"every {scene.output.checkpoint_seconds:g} s of wall time"))
 

@@ -20,7 +20,7 @@ NUMBERS = {
     "thermal_to_gravitational": "U/|W|",
     "rotational_to_gravitational": "T/|W|",
     "mach_number": "Mach number of the expansion",
-    "rotation_over_break_up": "spin over that of an orbit",
+    "rotation_over_break_up": "spin over √(G M/R^3)",
     "compactness": "G M/(R c^2)",
 }
 

@@ -343,6 +343,7 @@ class Scene(Part, metaclass=_Called):
             )
         self._has_bodies_in_their_places()
         self._has_what_its_regions_need()
+        self._has_what_acts_back()
         return self
 
     def _has_bodies_in_their_places(self) -> None:
@@ -367,6 +368,23 @@ class Scene(Part, metaclass=_Called):
                 )
             if region.bound and "gravity" not in self.effects:
                 raise ValueError(f"[regions.{name}] bound needs gravity among the effects.")
+
+    def _has_what_acts_back(self) -> None:
+        """What a rigid body needs to act back on its companions."""
+        if self.model != "rigid" or not self.orbits.back_reaction:
+            return
+        needed = {
+            "companions": bool(self.companions),
+            "the effect gravity_gradient": "gravity_gradient" in self.effects,
+            '[numerics] integrator = "splitting"': self.numerics.integrator == "splitting",
+        }
+        for what, there in needed.items():
+            if not there:
+                raise ValueError(f"[orbits] back_reaction needs {what}.")
+        if self.body.change is not None:
+            raise ValueError(
+                "[orbits] back_reaction is for a body that keeps its size, so there can be no [body.change]."
+            )
 
     def _has_its_materials(self) -> None:
         fluid = self.equation_of_state

@@ -133,20 +133,19 @@ def sweep_text(dataset: xr.Dataset) -> str:
 
     >>> from astroinertia.studies.moment_ratio import two_layer_sweep
     >>> print(sweep_text(two_layer_sweep("Mars", {"core_density": [6000.0, 7000.0]})).splitlines()[0])
-    two-layer models of Mars: 2 core_density, 2 of 2 possible
+    two-layer models of Mars along core_density: 2 of 2 possible
     """
     possible = dataset["core_mass_fraction"].notnull()
     lines = [
-        f"{dataset.attrs['title']}: {' x '.join(f'{size} {name}' for name, size in dataset.sizes.items())}, "
+        f"{dataset.attrs['title']} along {' and '.join(map(str, dataset.sizes))}: "
         f"{int(possible.sum())} of {possible.size} possible"
     ]
     for name in ("moment_ratio", "core_radius", "core_density", "mantle_density"):
         if bool(possible.any()):
             scale, unit = (1e3, "km") if name.startswith("core_radius") else (1.0, dataset[name].attrs["units"])
-            low, high = float(dataset[name].min()) / scale, float(dataset[name].max()) / scale
-            lines.append(
-                f"  {name.replace('_', ' '):<16} {low:.6g} to {high:.6g} {'' if unit == '1' else unit}".rstrip()
-            )
+            ends = [f"{float(end) / scale:.6g}" for end in (dataset[name].min(), dataset[name].max())]
+            ends = " to ".join(dict.fromkeys(ends))
+            lines.append(f"  {name.replace('_', ' '):<16} {ends} {'' if unit == '1' else unit}".rstrip())
     return "\n".join(lines)
 
 
@@ -207,19 +206,29 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
         return ["no core is inverted: nothing is assumed for its layers; give --core-density or --mantle-density"]
     if not math.isfinite(layers.core_radius):
         _refuse(one, layers.assumed)
+    exact = layers.core_radius_high - layers.core_radius_low < 1.0  # m
     lines = [
         f"{'three' if one.has('crust_density') else 'two'} uniform layers with the {_whose(one)} ratio, assumed: "
         f"{layers.assumed}",
-        f"  core radius          {layers.core_radius / 1e3:.0f} km, between {layers.core_radius_low / 1e3:.0f} and "
-        f"{layers.core_radius_high / 1e3:.0f} km by the errors of the inputs (16th and 84th percentile)",
+        f"  core radius          {layers.core_radius / 1e3:.0f} km, "
+        + (
+            "the inputs as exact (--core-density-error and the like state their errors)"
+            if exact
+            else f"between {layers.core_radius_low / 1e3:.0f} and {layers.core_radius_high / 1e3:.0f} km by the errors "
+            "of the inputs (16th and 84th percentile)"
+        ),
         *_model_error_lines(model_error_of(one)),
-        f"  core density         {layers.core_density:.0f} +- {layers.core_density_deviation:.0f} kg/m3",
-        f"  mantle density       {layers.mantle_density:.0f} +- {layers.mantle_density_deviation:.0f} kg/m3",
+        f"  core density         {layers.core_density:.0f}{_spread(layers.core_density_deviation)} kg/m3",
+        f"  mantle density       {layers.mantle_density:.0f}{_spread(layers.mantle_density_deviation)} kg/m3",
         f"  fluid k2             {layers.love_number:.4f}",
     ]
     if layers.possible_share < 0.995:
         lines.append(f"  {100 * (1 - layers.possible_share):.0f} % of what the errors allow has no such layers at all")
     return lines
+
+
+def _spread(deviation: float) -> str:
+    return f" +- {deviation:.0f}" if deviation > 0.0 else ""
 
 
 def _compressed_lines(one: SolarSystemBody) -> list[str]:

@@ -143,25 +143,21 @@ class Particles:
         energy = energy_budget(self.problem, self.state)
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
-        limits = ", ".join(filter(None, [self._limited_by(), self.note]))
         outside = works_from_outside(self.problem, energy["potential"])
         ledger = self.state.ledger
         brought = float((np.asarray(ledger.work.total) + np.asarray(ledger.heating.total))[outside].sum())
         kept = energy["kinetic"] + energy["internal"] + energy["static"] - brought
-        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, limits)
+        limit = timestep_limit(self.problem, self.state)
+        name = (*self.effects, *TIMESTEP_CRITERIA)[int(limit["timestep_limit"])]
+        place = float(limit["timestep_limit_radius"]), float(limit["timestep_limit_density"])
+        at = None if np.isnan(place[0]) else place
+        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, name, at, self.note)
 
     def _longest(self) -> float:
         """The longest step, or base step, that the density allows."""
         if self.free_fall_factor is None:
             return math.inf
         return self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density))
-
-    def _limited_by(self) -> str:
-        limit = timestep_limit(self.problem, self.state)
-        name = (*self.effects, *TIMESTEP_CRITERIA)[int(limit["timestep_limit"])]
-        if np.isnan(limit["timestep_limit_radius"]):
-            return name
-        return f"{name} at radius {limit['timestep_limit_radius']:.3g}, density {limit['timestep_limit_density']:.3g}"
 
     def _stale(self) -> bool:
         return stale(self.problem, self.arrangement, self.state)

@@ -160,6 +160,23 @@ def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
 
+def test_more_particles_than_are_ever_chosen_are_refused_whatever_time_there_is(runs, tmp_path):
+    formula = runs(Formula(steps=0.0, seconds=1e-9))
+    wanted = (0.7 * 1e-6) ** (-3 / 2)  # 1.7e9, of which the formula's run takes 34 min
+    with pytest.raises(choice.UnreachableAccuracy) as refused:
+        choice.choose(particles(1e-6, "model='sph'"), tmp_path)
+    said = re.search(
+        r"it takes (\S+) particles and .*; no more than 1e\+07 are chosen, which have (\S+)\.$", str(refused.value)
+    )
+    assert float(said[1]) == pytest.approx(wanted, rel=0.1)
+    assert float(said[2]) == pytest.approx(1e7 ** (-2 / 3) / 0.7, rel=0.1)  # of which resolution is 0.7
+    assert max(scene.body.particles for scene in formula.runs) < 1e7
+    slow = runs(Formula(steps=0.0, seconds=1e-6))  # 10 % of an hour is what 4.4 million particles take
+    with pytest.raises(choice.UnreachableAccuracy, match=r"no more than 1e\+07 are chosen"):
+        choice.choose(particles(1e-6, "model='sph'"), tmp_path / "slow", minutes=1e6)
+    assert max(scene.body.particles for scene in slow.runs) < 4.4e6
+
+
 @pytest.mark.full
 def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     found = choice.choose(particles(1e-3), tmp_path)

@@ -1,5 +1,8 @@
 """Error bars hold: of made-up series whose errors are known, of runs with exact answers, after interruptions."""
 
+import copy
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -310,6 +313,12 @@ def test_a_companion_run_that_was_interrupted_is_gone_on_with_and_the_finished_r
     with pytest.raises(RunInterrupted) as stopped:
         astroinertia.run_scene(TOP, tmp_path / "run", interrupt)
     assert stopped.value.folder == tmp_path / "run"
+    assert re.fullmatch(
+        r"the run itself is done; what its error bars come from was stopped by request at 0\.0% of companion run "
+        rf"1 of 1 \(steps per rotation 80\), and is saved in {tmp_path}/run",
+        str(stopped.value),
+    )
+    assert str(copy.copy(stopped.value)) == str(stopped.value)
     assert not list((tmp_path / "run").glob("*.nc"))
     saves = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "run").glob("segment*")}
     parts = []

@@ -21,6 +21,7 @@ LINES = {
     "plan --set a=b oth": {"other.txt"},
     "run star.toml --output oth": {"other.txt"},
     "guide led": {"ledger"},
+    "new --from evr": {"evrard"},
     "verify --mode in": {"individual"},
     "completion fi": {"fish"},
 }

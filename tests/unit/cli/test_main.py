@@ -89,6 +89,20 @@ def test_new_without_a_file_prints_what_it_would_write(elsewhere, capsys):
     assert (elsewhere / "star.toml").read_text() == printed
 
 
+def test_new_from_a_scene_copies_it(elsewhere, capsys):
+    assert main(["new", "--from", "evrard", "cloud.toml"]) == 0
+    assert (elsewhere / "cloud.toml").read_text() == (ROOT / "sims" / "evrard.toml").read_text()
+    assert "wrote cloud.toml" in capsys.readouterr().out
+    assert main(["new", "--from", "evrad", "other.toml"]) == 2
+    assert capsys.readouterr().err.endswith("there is no scene 'evrad' to copy; did you mean 'evrard'.\n")
+    assert not (elsewhere / "other.toml").exists()
+    with pytest.raises(SystemExit):
+        main(["new", "--help"])
+    helped = capsys.readouterr().out
+    assert all(path.stem in helped for path in (ROOT / "sims").glob("*.toml") if path.stem != "progenitor_collapse")
+    assert "progenitor_collapse" not in helped  # takes a table along
+
+
 def test_plan_follows_overrides(elsewhere, capsys):
     main(["new", "star.toml"])
     assert main(["plan", "star.toml", "--set", "body.particles=4321", "--set", "effects.conduction={}"]) == 0

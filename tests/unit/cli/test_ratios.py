@@ -105,6 +105,15 @@ def test_a_planet_of_ones_own_has_a_core_with_both_its_errors(elsewhere, capsys)
     assert "core density         10990 +- 100 kg/m3" in printed  # as assumed, and not as so many draws have it
 
 
+def test_inputs_without_errors_are_called_exact_and_one_value_is_no_range(elsewhere, capsys):
+    assert main(["ratios", *OWN, "--moment-ratio", "0.3307", "--core-density", "10990"]) == 0
+    printed = capsys.readouterr().out
+    assert "core radius          3807 km, the inputs as exact (--core-density-error" in printed
+    assert "core density         10990 kg/m3\n" in printed and "+- 0" not in printed and "between" not in printed
+    assert main(["ratios", "--body", "Mars", "--sweep", "core_density=6000:7000:2", "--csv", "mars.csv"]) == 0
+    assert "moment ratio     0.364279\n" in capsys.readouterr().out
+
+
 def test_a_planet_of_ones_own_may_state_layers_instead(capsys):
     assert main(["ratios", *OWN, "--core-density", "10990", "--mantle-density", "4450"]) == 0
     assert re.search(r"I/\(M R\^2\) +0\.3\d+\n", capsys.readouterr().out)
@@ -175,7 +184,7 @@ def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
 def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, capsys):
     sweep = ["--sweep", "core_density=9000:12000:4", "--plot", "sweep.png"]
     assert main(["ratios", *OWN, "--moment-ratio", "0.3307", *sweep]) == 0
-    assert "two-layer models of own planet: 4 core_density, 4 of 4 possible" in capsys.readouterr().out
+    assert "two-layer models of own planet along core_density: 4 of 4 possible" in capsys.readouterr().out
     assert (elsewhere / "sweep.png").stat().st_size > 20_000
 
 

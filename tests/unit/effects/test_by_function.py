@@ -75,7 +75,7 @@ series_every = "1 s"
 
 def cubic(state: Any) -> Any:
     """Drag in proportion to the cube of the speed, in plain NumPy."""
-    return -K * np.sum(state.velocity**2, axis=1)[:, None] * state.velocity
+    return -K * np.sum(state.velocities**2, axis=1)[:, None] * state.velocities
 
 
 def run(scene: Any, folder: Path, *effects: Any) -> Any:
@@ -121,10 +121,10 @@ def test_states_and_accelerations_are_in_si(tmp_path) -> None:
     def wind(state: Any) -> Any:
         """Wind along x."""
         seen.append(state)
-        return np.broadcast_to(np.array([2.0, 0.0, 0.0]), state.position.shape)
+        return np.broadcast_to(np.array([2.0, 0.0, 0.0]), state.positions.shape)
 
     def gale(state: Any) -> Any:
-        return np.broadcast_to([0.2, 0.0, 0.0], state.position.shape) * u.cm / u.ms**2 * 1e-3
+        return np.broadcast_to([0.2, 0.0, 0.0], state.positions.shape) * u.cm / u.ms**2 * 1e-3
 
     scene = loads(SI, ["output.series_every='40 min'"])
     ds = run(scene, tmp_path / "wind", wind)
@@ -132,11 +132,11 @@ def test_states_and_accelerations_are_in_si(tmp_path) -> None:
     assert ds.momentum.sel(i="x").values[-1] == pytest.approx(2.0 * end * mass, rel=1e-5)
     assert ds.work.sel(effect="wind").values[-1] == pytest.approx(0.5 * mass * (2.0 * end) ** 2, rel=1e-5)
     last = seen[-1]
-    assert last.time == pytest.approx(end) and last.mass.sum() == pytest.approx(mass, rel=1e-5)
-    assert np.linalg.norm(last.position - last.centre_of_mass, axis=1).max() == pytest.approx(6.957e8, rel=0.15)
-    assert last.velocity[:, 0] == pytest.approx(2.0 * end)
+    assert last.time == pytest.approx(end) and last.masses.sum() == pytest.approx(mass, rel=1e-5)
+    assert np.linalg.norm(last.positions - last.centre_of_mass, axis=1).max() == pytest.approx(6.957e8, rel=0.15)
+    assert last.velocities[:, 0] == pytest.approx(2.0 * end)
     assert last.centre_of_mass_velocity == pytest.approx([2.0 * end, 0.0, 0.0])
-    assert last.density.max() == pytest.approx(float(ds.density_max[-1]), rel=1e-12)
+    assert last.densities.max() == pytest.approx(float(ds.density_max[-1]), rel=1e-12)
     planned = loads(SI, effects=with_functions([wind]))
     assert planned.entries["wind"].text == "wind along x"
     assert "wind of tests.unit.effects.test_by_function, given from Python" in plan(planned).text()
@@ -179,7 +179,7 @@ def late(value: Any) -> Any:
     """A function of a state that gives a value, or fails, once some time has passed."""
 
     def kick(state: Any) -> Any:
-        zero = np.zeros(np.shape(getattr(state, "position", np.zeros(3))))
+        zero = np.zeros(np.shape(getattr(state, "positions", np.zeros(3))))
         return zero if state.time < 0.2 else value(zero)
 
     return kick

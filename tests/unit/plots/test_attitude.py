@@ -131,3 +131,4 @@ def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, mo
     assert "nan" not in summary
     assert ("ledger closure" in summary) == (name != "scaling")
     assert "viscosity" not in summary
+    assert ("; dL: " in summary) == ("largest dL" in summary)  # what a heading means stands below it, and nothing else

@@ -1,5 +1,7 @@
 """A function that a run calls: when, with what, and that it changes nothing; how it stops the run, or fails."""
 
+import re
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ from astropy import units as u
 
 import astroinertia
 from astroinertia import dataset
+from astroinertia.effects.particle_names import CENTRE_VELOCITY
 from astroinertia.errors import AbsentError, RunInterrupted, SceneError
 from tests.sims import SIMS
 
@@ -91,6 +94,19 @@ def test_what_is_seen_is_what_is_recorded(plain: Path, seen: tuple[list[Any], Pa
     np.testing.assert_array_equal(fifteenth.to_value("kg m2"), at_15)
     assert state.model == "sph" and state.effects == ("gravity", "pressure")
     snapshots.close()
+
+
+def test_what_a_run_tells_of_its_matter_is_in_units(tmp_path: Path) -> None:
+    told: list[Any] = []
+    scene = {**STAR, "numerics": {}, "time": {"end": "4 h", "max_steps": 5}}
+    series = dataset.open(astroinertia.run_scene(scene, tmp_path / "run", told.append)).isel(time=-1)
+    assert told[-1].density_unit == "kg m-3"
+    assert told[-1].density_max == pytest.approx(float(series["density_max"]), rel=1e-9)
+    said = re.fullmatch(r"\w+ at radius (\S+) (\S+), density (\S+) kg m-3", told[-1].limited_by)
+    assert said is not None and said[2] == "km"
+    radius = (float(said[1]) * u.Unit(said[2])).to_value("m")
+    assert radius == pytest.approx(float(series["timestep_limit_radius"]), rel=6e-3)
+    assert float(said[3]) == pytest.approx(float(series["timestep_limit_density"]), rel=6e-3)
 
 
 def test_quantities_have_units_and_what_follows_is_there(tmp_path: Path) -> None:
@@ -235,3 +251,49 @@ def test_a_run_shows_nothing_by_itself_where_there_is_no_terminal(tmp_path: Path
     assert out == "" and "100.0%" in err and heard[-1].time == heard[-1].end
     astroinertia.run_scene({**TOP, "sweep": {"body.mass": ["1 kg", "2 kg"]}}, tmp_path / "members", progress=True)
     assert "2 of 2 members" in capfd.readouterr().err
+
+
+def seen_by_both(scene: dict[str, Any], force: Any, folder: Path) -> tuple[dict[float, Any], list[Any]]:
+    """States that a function of a force is given, the first at each time, and those of a callback."""
+    of_force: dict[float, Any] = {}
+
+    def nothing(state: Any) -> Any:
+        of_force.setdefault(state.time, state)
+        return force(state)
+
+    of_callback: list[Any] = []
+    astroinertia.run_scene(scene, folder / "run", effects=[nothing], callback=of_callback.append, every=1)
+    return of_force, of_callback
+
+
+def test_a_force_and_a_callback_see_particles_by_the_same_names(tmp_path: Path) -> None:
+    scene = {**STAR, "time": {"end": "4 h", "max_steps": 1}}
+    of_force, of_callback = seen_by_both(scene, lambda state: 0.0 * state.velocities, tmp_path)
+    force, callback = of_force[0.0], of_callback[0]
+    names = {field.name for field in fields(force)}
+    assert names - set(dir(callback)) == {"sound_speeds"}
+    for name in sorted(names - {"sound_speeds"}):
+        theirs = np.atleast_1d(getattr(callback, name).si.value)
+        ours = np.atleast_1d(getattr(force, name))
+        assert ours.shape == theirs.shape, name
+        scale = {"centre_of_mass": RADIUS, CENTRE_VELOCITY: 1e5}.get(name, abs(theirs).max())
+        # rows are in no fixed order
+        assert np.sort(ours, axis=0) == pytest.approx(np.sort(theirs, axis=0), rel=1e-9, abs=1e-9 * scale), name
+    with pytest.raises(AbsentError, match="a state has no 'velocity', but time, masses, positions, velocities, "):
+        _ = force.velocity
+
+
+def test_a_torque_and_a_callback_see_a_body_by_the_same_names(tmp_path: Path) -> None:
+    of_force, of_callback = seen_by_both(TOP, lambda state: 0.0 * state.angular_momentum, tmp_path)
+    force, callback = of_force[0.0], of_callback[0]
+    for name in (field.name for field in fields(force)):
+        assert np.asarray(getattr(force, name)) == pytest.approx(getattr(callback, name).si.value, abs=1e-14), name
+    with pytest.raises(AbsentError, match="a state has no 'positions', but time, mass, attitude, "):
+        _ = force.positions
+
+
+def test_the_velocity_of_the_centre_is_momentum_over_mass(tmp_path: Path) -> None:
+    scene = {**STAR, "body": {**STAR["body"], "velocity": [3 * u.km / u.s, 0 * u.km / u.s, 0 * u.km / u.s]}}
+    states: list[Any] = []
+    astroinertia.run_scene({**scene, "time": {"end": "4 h", "max_steps": 1}}, tmp_path / "run", callback=states.append)
+    assert states[0].centre_of_mass_velocity.to_value("km/s") == pytest.approx([3.0, 0.0, 0.0], abs=1e-9)

@@ -29,6 +29,18 @@ def test_a_narrow_terminal_shortens_words_and_never_the_time():
     assert max(map(len, shown)) <= 72
 
 
+def test_before_the_first_step_a_model_is_said_to_do_what_it_does():
+    assert "settling" in meters.preparing("sph")
+    assert all("settling" not in meters.preparing(model) for model in ("rigid", "ellipsoid", "scaling"))
+
+
+def test_densities_are_shown_in_their_unit():
+    told = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, 6.9e16, density_unit="kg m-3")
+    assert any("densest 6.9e+16 kg m-3 " in line for line in lines(160, lambda meter: meter.tell(told)))
+    nothing = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, float("nan"), density_unit="kg m-3")
+    assert not any("densest" in line for line in lines(160, lambda meter: meter.tell(nothing)))
+
+
 def test_what_compiles_is_shown_while_it_does():
     def compiling(meter):
         activity.begin("compiling density pass")

@@ -52,6 +52,7 @@ def test_the_progress_line_names_the_criterion_and_the_place() -> None:
     assert particle is not None
     assert float(limits[name][particle]) == float(body.state.rates.timestep)
     limit, figures = timestep_limit(body.problem, body.state), body.figures()
-    assert figures.limited_by.startswith(f"{name} at radius {limit['timestep_limit_radius']:.3g}")
+    assert figures.limited_by == name
+    assert figures.limited_at == (limit["timestep_limit_radius"], limit["timestep_limit_density"])
     assert limit["timestep_limit_density"] == body.state.rates.fluid.density[particle]
     assert limiting({**limits, "longest": np.float64(1e-9)}) == ("longest", None)

@@ -100,3 +100,26 @@ def test_the_precision_of_few_particles_is_one_where_it_may_be_chosen(asked, par
     assert (engine.value, engine.why) == ("numba_cpu", words)
     problem, _ = problem_of(scene, code_units(scene))
     assert problem.engine.precision == scene.precision == taken
+
+
+@pytest.mark.parametrize(
+    ("end", "said", "every"),
+    [
+        ("180 kyr", "180 kyr", "900 yr"),
+        ("6 h", "6 h", "1.8 min"),
+        ("90 ms", "90 ms", "450 µs"),
+        ("1 d", "1 d", "7.2 min"),
+    ],
+)
+def test_times_of_a_plan_are_in_units_that_people_read(end, said, every):
+    lines = {
+        line.name: line.value
+        for line in plan(load.loads(SCENE.replace("LENGTH", "1"), [f"time.end='{end}'"])).sections["time and output"]
+    }
+    assert lines["end"] == said and lines["series"] == f"every {every}"
+
+
+def test_a_spin_over_that_of_keplers_law_is_not_called_the_fraction_of_break_up():
+    star = STAR.replace("MORE", "breakup_fraction = 0.8")
+    lines = {line.name: line.value for line in plan(load.loads(star)).sections["characteristic numbers"]}
+    assert float(lines["spin over √(G M/R^3)"]) > 0.8  # the star's own gravity is larger at its equator
