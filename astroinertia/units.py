@@ -103,11 +103,11 @@ EXAMPLES = {
     "magnetic_field": "1e12 G",
 }
 
-_YEAR, _DAY, _AU = 31557600.0, 86400.0, 149597870700.0
+_YEAR, _DAY, _HOUR, _AU = 31557600.0, 86400.0, 3600.0, 149597870700.0
 # Units that readers think in, and the size from which on they do: (from, size of the unit, name).
 _READABLE = {
-    "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (3e4, 1e4, "10^4 s"),
-          (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"),
+    "s": [(0.0, 1e-9, "ns"), (1e-6, 1e-6, "µs"), (1e-3, 1e-3, "ms"), (1.0, 1.0, "s"), (600.0, 60.0, "min"),
+          (3 * _HOUR, _HOUR, "h"), (2 * _DAY, _DAY, "d"), (_YEAR, _YEAR, "yr"), (1e3 * _YEAR, 1e3 * _YEAR, "kyr"),
           (1e6 * _YEAR, 1e6 * _YEAR, "Myr")],
     "m": [(0.0, 1e-3, "mm"), (1e-2, 1e-2, "cm"), (1.0, 1.0, "m"), (1e3, 1e3, "km"), (1e7, 1e6, "10^3 km"),
           (1e10, 1e9, "10^6 km"), (0.5 * _AU, _AU, "au"), (1e3 * _AU, 1e3 * _AU, "10^3 au"),
@@ -230,6 +230,15 @@ def readable(unit: str, largest: float) -> tuple[float, str] | None:
         if largest >= 0.999 * begin_at and largest >= 1e-3 * factor:
             return factor, name
     return None
+
+
+def known_size(name: str, unit: str) -> float | None:
+    """Size of a unit that people read, in the SI unit that it is for; None for others, which astropy may know.
+
+    >>> print(known_size("ms", "s"), known_size("fortnight", "s"))
+    0.001 None
+    """
+    return next((factor for _, factor, known in _READABLE.get(unit, []) if known == name), None)
 
 
 def display_unit(unit: str, values: Any) -> str:

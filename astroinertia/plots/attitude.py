@@ -8,7 +8,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from mpl_toolkits.axes_grid1.inset_locator import inset_axes
 
 from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia.tensor import axial_vector
@@ -268,6 +267,8 @@ def _track(panel, dataset: xr.Dataset, rotation: Motion, moments: np.ndarray, vi
         if front[end]:
             colour = style.INK if filled else "white"
             panel.plot(u[end], v[end], "o", markersize=5, color=colour, markeredgecolor=style.INK, zorder=8)
+    from mpl_toolkits.axes_grid1.inset_locator import inset_axes  # only here: other pictures do without it
+
     place = inset_axes(panel, width="42%", height="2.5%", loc="lower right", borderpad=2.6)
     norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
     bar = panel.figure.colorbar(ScalarMappable(norm, style.TIME_MAP), cax=place, orientation="horizontal")

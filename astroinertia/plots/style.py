@@ -9,9 +9,11 @@ from typing import Any
 import matplotlib
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
@@ -25,7 +27,7 @@ from astroinertia.plots.shown_units import (
 )
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
-from astroinertia.units import quantity, readable as readable
+from astroinertia.units import known_size, quantity, readable as readable
 
 # Okabe & Ito's palette, distinct in all common kinds of colour blindness (jfly.uni-koeln.de/color).
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
@@ -98,9 +100,45 @@ def styled() -> Iterator[None]:
         yield
 
 
+class Panel(Axes):
+    """Axes that measure what stands around them once for a layout.
+
+    A constrained layout asks twice, before and after it has moved them, and most of the time of a picture goes there.
+    """
+
+    _around: tuple[float, np.ndarray] | None = None  # dots an inch, and margins beside the axes in dots
+
+    def get_tightbbox(self, renderer: Any = None, **how: Any) -> Any:
+        """The box of all that is drawn; for a layout with the margins that were found before."""
+        layout = how.get("for_layout_only", False)
+        if layout and self._around is not None and self._around[0] == self.figure.dpi:
+            locator = self.get_axes_locator()
+            self.apply_aspect(locator(self, renderer) if locator else None)
+            return Bbox.from_extents(*(np.asarray(self.bbox.extents) + self._around[1]))
+        box = super().get_tightbbox(renderer, **how)
+        if layout and box is not None:
+            self._around = (self.figure.dpi, np.asarray(box.extents) - self.bbox.extents)
+        return box
+
+    def draw(self, renderer: Any) -> None:
+        """As axes are drawn; the next layout measures anew, for labels may be others by then."""
+        self._around = None
+        super().draw(renderer)
+
+
+class Page(Figure):
+    """A figure whose axes are panels, but for those of a projection."""
+
+    def add_subplot(self, *args: Any, **kwargs: Any) -> Any:
+        """Panels, where no other kind is asked for."""
+        if not {"projection", "polar", "axes_class"} & set(kwargs):
+            kwargs["axes_class"] = Panel
+        return super().add_subplot(*args, **kwargs)
+
+
 def page(title: str, size: tuple[float, float]) -> Figure:
     """An empty figure with a title, in inches; no pyplot, so nothing is shown or kept."""
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Page(figsize=size, layout="constrained")
     figure.get_layout_engine().set(h_pad=0.09, w_pad=0.09, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
     figure.suptitle(title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK, parse_math=False)
     return figure
@@ -150,7 +188,11 @@ def shown_times(dataset: xr.Dataset) -> tuple[np.ndarray, float, str]:
     time = dataset["time"]
     own = unit_of(time)
     wanted = str(time.attrs.get("display_unit", own))
-    factor, unit = scale_of(own, time.values) if wanted == own else (quantity(f"1 {wanted}", "time"), wanted)
+    factor, unit = (
+        scale_of(own, time.values)
+        if wanted == own
+        else (known_size(wanted, own) or quantity(f"1 {wanted}", "time"), wanted)
+    )
     return time.values / factor, factor, label("time", unit)
 
 

@@ -42,9 +42,16 @@ class TableBody(Unknown, Body):
         """A file that states no units has them in the scene; `load` takes those of one that does."""
         super().check(scene)
         if scene.units in (None, "SI"):
+            snapshot = self.path(scene).suffix.lower() == ".hdf5"
             raise ValueError(
                 '[units] with mass and length (or units = "code") is needed for a body of kind table, whose file '
-                'states no units; a table in SI takes units = "SI", and heads of CSV columns may have units: "x (km)".'
+                'states no units; a table in SI takes units = "SI", and '
+                + (
+                    'a snapshot in those of GADGET [units] mass = "1e10 Msun", length = "1 kpc" and [body] '
+                    'velocity_unit = "1 km/s".'
+                    if snapshot
+                    else 'heads of CSV columns may have units: "x (km)".'
+                )
             )
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
