@@ -121,7 +121,7 @@ class Panel(Axes):
         return box
 
     def draw(self, renderer: Any) -> None:
-        """As axes are drawn; the next layout measures anew, for labels may be others by then."""
+        """As axes are drawn; the next layout measures again, for labels may be others by then."""
         self._around = None
         super().draw(renderer)
 

@@ -34,7 +34,7 @@ def test_panels_stand_where_plain_axes_do() -> None:
     np.testing.assert_allclose(places(ours), places(plain), atol=1.0)
 
 
-def test_a_layout_measures_once_and_another_one_anew(monkeypatch) -> None:
+def test_a_layout_measures_once_and_another_one_again(monkeypatch) -> None:
     counted = []
     usual = Axes.get_tightbbox
     monkeypatch.setattr(

@@ -97,12 +97,12 @@ def test_what_is_seen_is_what_is_recorded(plain: Path, seen: tuple[list[Any], Pa
 
 
 def test_what_a_run_tells_of_its_matter_is_in_units(tmp_path: Path) -> None:
-    told: list[Any] = []
+    reported: list[Any] = []
     scene = {**STAR, "numerics": {}, "time": {"end": "4 h", "max_steps": 5}}
-    series = dataset.open(astroinertia.run_scene(scene, tmp_path / "run", told.append)).isel(time=-1)
-    assert told[-1].density_unit == "kg m-3"
-    assert told[-1].density_max == pytest.approx(float(series["density_max"]), rel=1e-9)
-    said = re.fullmatch(r"\w+ at radius (\S+) (\S+), density (\S+) kg m-3", told[-1].limited_by)
+    series = dataset.open(astroinertia.run_scene(scene, tmp_path / "run", reported.append)).isel(time=-1)
+    assert reported[-1].density_unit == "kg m-3"
+    assert reported[-1].density_max == pytest.approx(float(series["density_max"]), rel=1e-9)
+    said = re.fullmatch(r"\w+ at radius (\S+) (\S+), density (\S+) kg m-3", reported[-1].limited_by)
     assert said is not None and said[2] == "km"
     radius = (float(said[1]) * u.Unit(said[2])).to_value("m")
     assert radius == pytest.approx(float(series["timestep_limit_radius"]), rel=6e-3)

@@ -35,8 +35,8 @@ def test_before_the_first_step_a_model_is_said_to_do_what_it_does():
 
 
 def test_densities_are_shown_in_their_unit():
-    told = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, 6.9e16, density_unit="kg m-3")
-    assert any("densest 6.9e+16 kg m-3 " in line for line in lines(160, lambda meter: meter.tell(told)))
+    reported = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, 6.9e16, density_unit="kg m-3")
+    assert any("densest 6.9e+16 kg m-3 " in line for line in lines(160, lambda meter: meter.tell(reported)))
     nothing = loop.Progress(0.5, 1.0, 230, 20.0, 1e-4, 1e-15, float("nan"), density_unit="kg m-3")
     assert not any("densest" in line for line in lines(160, lambda meter: meter.tell(nothing)))
 

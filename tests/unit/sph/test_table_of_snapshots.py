@@ -175,10 +175,10 @@ def test_a_scene_without_units_has_those_that_its_file_states(tmp_path):
     # the recipe of the refusal gives the units that files of GADGET have where they state them
     recipe = re.search(r'\[units\] (mass = ".*"), (length = ".*") and \[body\] (.*)\.$', str(refused.value))
     assert recipe is not None
-    told = scene_of(tmp_path, f"units = {{{recipe[1]}, {recipe[2]}}}", recipe[3])
-    assert code_units(told).mass == pytest.approx(code_units(scene).mass, rel=1e-3)
-    assert code_units(told).length == pytest.approx(code_units(scene).length, rel=1e-6)
-    assert told.body.velocity_unit == 1e3
+    stated = scene_of(tmp_path, f"units = {{{recipe[1]}, {recipe[2]}}}", recipe[3])
+    assert code_units(stated).mass == pytest.approx(code_units(scene).mass, rel=1e-3)
+    assert code_units(stated).length == pytest.approx(code_units(scene).length, rel=1e-6)
+    assert stated.body.velocity_unit == 1e3
     (tmp_path / "snap.hdf5").unlink()
     with pytest.raises(SceneError, match=r"snap\.hdf5 is not there"):
         scene_of(tmp_path)
