@@ -21,6 +21,7 @@ from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem, State, member_key
+from astroinertia.process.few import FEW
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
@@ -220,6 +221,8 @@ def _in_box(scene: Scene, units: CodeUnits, engine: Any) -> Any:
     box, support = scene.box, KERNELS[scene.numerics.kernel].support
     lengths = units.to_code(np.array(box.lengths), "length")
     module = importlib.import_module("astroinertia.engines.periodic")
+    if scene.particles is not None and scene.particles <= FEW:
+        engine = replace(engine, images=module.IMAGES_OF_FEW)
     return module.Engine(engine, tuple(np.where(box.repeats, lengths, np.inf).tolist()), support)
 
 

@@ -92,6 +92,7 @@ class Engine:
 
     threads: how many; None for all that numba would use (NUMBA_NUM_THREADS). programs: the terms of sums over
     neighbours that are compiled anyway; one of them does for sums of some of its effects, where particles are few.
+    images: how many of each of few particles there may be, itself among them, until they are no longer few.
     together: the processes that share out sums over neighbours; sums over all pairs, which are of few particles, each
     makes for itself.
     """
@@ -100,6 +101,7 @@ class Engine:
     threads: int | None = None
     programs: tuple[tuple[PairTerm, ...], ...] = ()
     together: Alone = ALONE
+    images: int = 1
     name = "numba_cpu"
     bounded = True  # matter comes to an end somewhere
     xp = np
@@ -270,7 +272,7 @@ class Engine:
     def _carried_by(self, terms: tuple[PairTerm, ...], count: int) -> tuple[PairTerm, ...]:
         """The terms of the program that makes sums of these: for few particles none is compiled for some of another."""
         effects = {term.effect for term in terms}
-        for program in self.programs if count <= FEW else ():
+        for program in self.programs if self._few(count) else ():
             if tuple(term for term in program if term.effect in effects) == terms:
                 return program
         return terms
@@ -308,7 +310,7 @@ class Engine:
 
     def _few(self, count: int) -> bool:
         """Whether so many particles have programs of their own, which are shorter and take absolute coordinates."""
-        return count <= FEW and self.precision == "float64"
+        return count <= self.images * FEW and self.precision == "float64"
 
     def _part(self, arrangement: Arrangement, chosen: Targets) -> tuple[Targets, Part]:
         """Of the targets those that this process sums for: of whole groups of leaves."""

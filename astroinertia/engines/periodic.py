@@ -20,6 +20,7 @@ from astroinertia.errors import NumericalError
 
 MOST_LENGTHS = 1000  # of the box along an axis, over which particles may reach
 MOST_IMAGES, MANY = 300, 10_000  # of each particle, where there are that many: they are to fit into memory
+IMAGES_OF_FEW = 16  # of each of few particles, among which all are still looked at sooner than listed
 MARGIN = 1.1  # images are made for reaches so much larger, so that they serve for some steps
 
 

@@ -1,5 +1,6 @@
 """The engine of a periodic box against plain sums over the particles and all images that can be in reach."""
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -61,11 +62,17 @@ CUBE, SLAB, THIN = (1.0, 1.0, 1.0), (1.0, np.inf, 0.7), (1.0, 1.0, 0.25)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("images", [1, periodic.IMAGES_OF_FEW])
 @pytest.mark.parametrize(("lengths", "cells"), [(CUBE, 2), (SLAB, 2), (THIN, 5)], ids=["cube", "slab", "thin"])
-def test_sums_and_densities_are_those_over_all_images(lengths: Any, cells: int) -> None:
-    """In a thin box a particle is in reach of its own images."""
+def test_sums_and_densities_are_those_over_all_images(
+    lengths: Any, cells: int, images: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a thin box a particle is in reach of its own images. By the programs of many, and by those of few."""
+    monkeypatch.setattr(numba_cpu, "FEW", COUNT)
     engine, fields = box(lengths)
+    engine = replace(engine, inner=replace(engine.inner, images=images))
     order, arrangement = engine.arrange(fields["position"], np.full(COUNT, 0.05))
+    assert engine.inner._few(len(arrangement.images.source)) == (images > 1)
     fields = {name: array[order] for name, array in fields.items()}
     position, mass = fields["position"], fields["mass"]
     found = engine.density(arrangement, KERNEL, position, mass, np.full(COUNT, 0.05), ETA, 1e-14)
