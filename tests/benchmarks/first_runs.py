@@ -111,10 +111,9 @@ def table(kept: dict[str, Any], particles: int, steps: int) -> str:
         [name, *(shown(kept[label]["scenes"].get(name, {}).get(key)) for key in columns for label in labels)]
         for name in names
     ]
-    means = {
-        (key, label): [row[key] for row in kept[label]["scenes"].values() if row] for key in columns for label in labels
-    }
-    rows.append(["mean", *(shown(sum(values) / len(values)) for values in means.values())])
+    both = [name for name in names if all(kept[label]["scenes"].get(name) for label in labels)]
+    means = [sum(kept[label]["scenes"][n][key] for n in both) / len(both) for key in columns for label in labels]
+    rows.append([f"mean of the {len(both)} that have all", *map(shown, means)])
     machines = "".join(f"\n{label}: {kept[label]['machine']}.\n" for label in labels)
     return text + rows_of(["scene", *head], rows) + machines
 
