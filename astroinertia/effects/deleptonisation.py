@@ -70,11 +70,17 @@ def trapped_pressure(xp, density, fraction, electrons, rest, neutrinos, trapping
     return xp.where(density > trapping, xp.maximum(neutrinos * potential**4 - outside, 0.0), 0.0)
 
 
-def pressure(xp, density, fraction, initial, electrons, rest, neutrinos, trapping, outside):
-    """What the pressure has more than that of matter with the initial electrons."""
+def more(xp, density, fraction, initial, electrons, rest, neutrinos, trapping, outside):
+    """What pressure and energy have more than those of matter with the initial electrons."""
     lost = xp.power(initial, 4.0 / 3.0) - xp.power(fraction, 4.0 / 3.0)
-    more = trapped_pressure(xp, density, fraction, electrons, rest, neutrinos, trapping, outside)
-    return (more - electrons * lost * xp.power(density, 4.0 / 3.0),)
+    push = trapped_pressure(xp, density, fraction, electrons, rest, neutrinos, trapping, outside)
+    pressure = push - electrons * lost * xp.power(density, 4.0 / 3.0)
+    return pressure, gained(xp, density, fraction, initial, electrons, rest)
+
+
+def gained(xp, density, fraction, initial, electrons, rest):
+    """What the energy has more."""
+    return energy(xp, density, fraction, electrons, rest) - energy(xp, density, initial, electrons, rest)
 
 
 def plain_weights(xp, pressure, density, grad_h):
@@ -107,8 +113,7 @@ def captured(
 
 def held(xp, mass, density, fraction, taken, owed, initial, electrons, rest):
     """What a particle's energy has more than with the initial electrons, and what neutrinos have of it."""
-    more = energy(xp, density, fraction, electrons, rest) - energy(xp, density, initial, electrons, rest)
-    return mass * (more + owed + taken), mass * taken
+    return mass * (gained(xp, density, fraction, initial, electrons, rest) + owed + taken), mass * taken
 
 
 @pytree
@@ -188,12 +193,16 @@ class Deleptonisation(Effect):
         return *self.electrons, neutrinos, trapping, neutrinos * xp.maximum(there, 0.0) ** 4
 
     def initial_memory(self, xp, fluid):
-        """Y, what neutrinos have and what matter is owed, per mass, the rate that it is given at, and the density."""
+        """Y, what neutrinos have and what matter is owed, per mass, the rate that it is given at, and the density.
+
+        Besides, what pressure and energy have more than the equation of state's.
+        """
         none = xp.zeros_like(fluid.density)
         (fraction,) = elementwise(xp, least, fluid.density, self.electron_fraction, *self.law(xp))
+        further = self.further(xp, fluid.density, fraction)
         return {
             "electron_fraction": fraction, "neutrino_energy": none, "capture_heat": none, "capture_rate": none,
-            "capture_density": fluid.density,
+            "capture_density": fluid.density, **further,
         }  # fmt: skip
 
     def remember(self, xp, fluid, interval):
@@ -202,17 +211,22 @@ class Deleptonisation(Effect):
         names = ("electron_fraction", "neutrino_energy", "capture_heat", "capture_rate")
         before = (memory["capture_density"], *(memory[name] for name in names))
         after = elementwise(xp, captured, fluid.density, *before, interval + xp.zeros_like(fluid.density), *numbers)
-        return {**dict(zip(names, after, strict=True)), "capture_density": fluid.density}
+        further = self.further(xp, fluid.density, after[0])
+        return {**dict(zip(names, after, strict=True)), "capture_density": fluid.density, **further}
+
+    def further(self, xp, density, fraction):
+        """What pressure and specific energy have more than with the initial electrons, each (N,)."""
+        values = elementwise(xp, more, density, fraction, self.electron_fraction, *self.trapped(xp))
+        return dict(zip(("further_pressure", "further_energy"), values, strict=True))
 
     def fields(self, xp, fluid):
         """The weights of its pressure."""
-        fraction, numbers = fluid.memory["electron_fraction"], self.trapped(xp)
-        (more,) = elementwise(xp, pressure, fluid.density, fraction, self.electron_fraction, *numbers)
+        push = fluid.memory["further_pressure"]
         if fluid.contrast is None:
-            slope, curvature = elementwise(xp, plain_weights, more, fluid.density, fluid.grad_h)
+            slope, curvature = elementwise(xp, plain_weights, push, fluid.density, fluid.grad_h)
         else:  # which only the order of the pressure asks for
             around = fluid.gradients["pressure"]["curvature"]
-            slope, curvature = elementwise(xp, weights, more, fluid.density, fluid.contrast, fluid.grad_h, around)
+            slope, curvature = elementwise(xp, weights, push, fluid.density, fluid.contrast, fluid.grad_h, around)
         return {"lepton_slope": slope, "lepton_curvature": curvature}
 
     def exchange(self, xp, fluid):

@@ -24,6 +24,8 @@ class ParticleParts:
     points {kind: point masses beside the fluid}, kernel (a name), centre (3,) and centre_velocity (3,) of mass. Pair
     outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum), "signal" (max, a speed that must not
     cross a smoothing length within the time step).
+    memory may have further_pressure and further_energy (N,): what pressure and specific energy have by an effect beyond
+    the equation of state's.
 
     With individual time steps the fluid may hold some of the body's particles alone (centre and centre_velocity stay
     those of the whole), and `remember` is given an interval for each, (N,). An acceleration then acts on a particle

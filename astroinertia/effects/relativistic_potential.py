@@ -64,7 +64,10 @@ class RelativisticPotential(Effect):
         light = self.speed_of_light**-2.0
         outward = xp.sum(separation * (fluid.velocity - fluid.centre_velocity), axis=1) / xp.maximum(distance, 1e-100)
         enclosed, speed = within(mass), mean(outward, mass)
-        energy, pressure = light * mean(fluid.internal_energy, mass), light * mean(fluid.pressure, volume)
+        content, push = fluid.internal_energy, fluid.pressure
+        if "further_pressure" in fluid.memory:
+            content, push = content + fluid.memory["further_energy"], push + fluid.memory["further_pressure"]
+        energy, pressure = light * mean(content, mass), light * mean(push, volume)
         enthalpy = 1.0 + energy + pressure * xp.diff(within(volume)) / xp.diff(enclosed)
         # Edges lie between particles, and the last at the outermost; middles halve the volumes.
         edge = xp.concatenate([xp.zeros(1), 0.5 * (r[ends[:-1] - 1] + r[ends[:-1]]), r[-1:]])

@@ -112,7 +112,7 @@ def test_pressure_and_chemical_potential_are_slopes_of_the_energy() -> None:
                 jnp.asarray(density), jnp.asarray(fraction)
             )
             initial = jax.grad(lambda r: leptons.energy(jnp, r, 0.4971, *made.electrons))(jnp.asarray(density))
-            here = leptons.pressure(np, density, fraction, 0.4971, *made.trapped(np))[0]
+            here = leptons.more(np, density, fraction, 0.4971, *made.trapped(np))[0]
             assert here == pytest.approx(float(density**2 * (by_density - initial)), rel=1e-12)
             assert leptons.chemical_potential(np, density, fraction, *made.electrons) == pytest.approx(
                 float(by_fraction), rel=1e-12
@@ -146,7 +146,7 @@ def compressed(first: float, last: float, steps: int) -> SimpleNamespace:
 
     def pressure(density: float) -> float:
         fraction = min(0.4971, leptons.fitted(np, density, *made.law(np)))
-        return leptons.pressure(np, density, fraction, 0.4971, *made.trapped(np))[0]
+        return leptons.more(np, density, fraction, 0.4971, *made.trapped(np))[0]
 
     for before, after in itertools.pairwise(turns):
         heat += 0.5 * (after - before) * made.exchange(np, here)[0][0]

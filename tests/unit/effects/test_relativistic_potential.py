@@ -31,7 +31,7 @@ def fluid(position: np.ndarray, **fields: Any) -> Any:
     none = {name: np.zeros(count) for name in ("pressure", "internal_energy")}
     return SimpleNamespace(
         position=position, velocity=velocity, mass=mass, centre=mass @ position / mass.sum(),
-        centre_velocity=mass @ velocity / mass.sum(), **{"density": np.ones(count), **none, **fields},
+        centre_velocity=mass @ velocity / mass.sum(), **{"density": np.ones(count), "memory": {}, **none, **fields},
     )  # fmt: skip
 
 
@@ -120,6 +120,19 @@ def test_it_is_post_newtonian_where_light_is_fast() -> None:
     expected += mass * (energy + pressure / density)
     weights = light**2 * potential(light).weights(np, here)
     assert np.allclose(weights[radius < 0.95], (expected / radius**3)[radius < 0.95], rtol=0.01)
+
+
+def test_pressure_and_energy_beyond_the_equation_of_state_weigh_as_well() -> None:
+    position, count = np.cbrt(np.linspace(0.02, 1.0, 100))[:, None] * directions(100), 100
+    plain = {"pressure": np.full(count, 0.3), "internal_energy": np.full(count, 0.7)}
+    more = {"further_pressure": plain["pressure"] / 3, "further_energy": plain["internal_energy"] / 7}
+    less = {"pressure": plain["pressure"] * 2 / 3, "internal_energy": plain["internal_energy"] * 6 / 7}
+    pulls = [
+        potential(5.0).acceleration(np, each)
+        for each in (fluid(position, **plain), fluid(position, **less, memory=more), fluid(position, **less))
+    ]
+    assert np.allclose(pulls[0], pulls[1], rtol=1e-13)
+    assert not np.allclose(pulls[0], pulls[2], rtol=1e-3)
 
 
 def test_it_neither_pushes_nor_turns_a_body_that_is_not_round() -> None:
