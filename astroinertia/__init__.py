@@ -244,7 +244,7 @@ def branch(
 
 
 def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, by: Sequence[str]) -> "xr.Dataset":
-    """The derivatives of a number of a run by keys of its scene, of an ellipsoid, a rigid body or a scaling law.
+    """The derivatives of a number of a run by keys of its scene; of particles, with the engine xla in float64.
 
     of: a series of the dataset, its labels, and when: "inertia_tensor.zz@end", "angular_velocity.z @ 20 ms",
     "mean_radius"; without a time, at the end. by: keys that the scene sets to a number or a quantity. The body is built

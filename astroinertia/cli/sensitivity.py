@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 HELP = """\
 Each key is moved by the step and by half of it, both ways: four runs a key, beside the scene itself, in one folder,
 which the same command goes on with after an interruption. Printed is d ln X/d ln p at the end, with its estimated
-error; sensitivity.nc in the folder has dX/d ln p of every series at every time.
+error; sensitivity.nc in the folder has dX/d ln p of every series at every time. From Python, astroinertia.gradient
+differentiates along one run instead, particles of the engine xla included (astroinertia guide sweeps).
 
 examples: astroinertia sensitivity sims/core_to_pulsar_scaling.toml --by body.rotation.period --by body.radius
           astroinertia sensitivity star.toml --by equation_of_state.gamma --of "inertia_tensor z z" --step 0.02

@@ -65,7 +65,10 @@ def beside(tree: Tree, slope: Tree, distance: float) -> Tree:
 
 
 def pushed(function: Callable[[Tree], Tree], tree: Tree, slope: Tree) -> tuple[Tree, Tree]:
-    """function(tree) and its derivative where that of the tree is `slope`: jax.jvp of the leaves that have one."""
+    """function(tree) and its derivative where that of the tree is `slope`: jax.jvp of the leaves that have one.
+
+    In the derivative, too, None stands for leaves that are no real numbers.
+    """
     leaves, structure = jax.tree.flatten(tree)
     parts = structure.flatten_up_to(slope)
     places = [place for place, part in enumerate(parts) if part is not None]
@@ -76,7 +79,8 @@ def pushed(function: Callable[[Tree], Tree], tree: Tree, slope: Tree) -> tuple[T
 
     at = [jnp.asarray(leaves[place], dtype=float) for place in places]
     along = [jnp.asarray(parts[place], dtype=float) for place in places]
-    return jax.jvp(of_moving, (at,), (along,))
+    value, change = jax.jvp(of_moving, (at,), (along,))
+    return value, jax.tree.map(lambda part: None if part.dtype == jax.dtypes.float0 else part, change)
 
 
 def _size(array: np.ndarray) -> float:

@@ -9,8 +9,10 @@ tests/unit/sweeps/test_gradient.py.
 """
 
 import importlib
+import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import jax
@@ -90,7 +92,17 @@ def refusal(scene: Scene, by: Sequence[str]) -> str:
         return "[orbits] back_reaction: orbits that the body acts on are followed by REBOUND, and not differentiated."
     if scene.wants_choice:
         return "accuracy: settings that are yet to be chosen would be others for every value of a key."
-    return "the model sph is not differentiated." if scene.model == "sph" else ""
+    return _refused_particles(scene) if scene.model == "sph" else ""
+
+
+def _refused_particles(scene: Scene) -> str:
+    if scene.numerics.engine != "xla":
+        return 'particles are differentiated with [numerics] engine = "xla".'
+    if scene.precision != "float64":
+        return 'particles are differentiated with [numerics] precision = "float64": other pairs are too coarse.'
+    if scene.time.max_steps:
+        return "[time] max_steps: where a run ends would jump with the lengths of its steps."
+    return "regions: what is within one changes particle by particle, in jumps." if scene.regions else ""
 
 
 def members(scene: Scene, by: Sequence[str], until: float | None = None) -> xr.Dataset:
@@ -146,17 +158,15 @@ def _records(model: str, bodies: Sequence[Prepared], key: str, until: float | No
     return rows
 
 
-def _times(run: Prepared, until: float | None) -> Iterator[float]:
-    """When a run records, with its end, in code units; at the end alone where it counts steps."""
+def _times(run: Prepared, until: float | None) -> list[float]:
+    """The times that a run meets, with its end, in code units."""
     output = run.outputs
-    end, every = output.end if until is None else until, output.series_every
-    yield 0.0
-    number = 1
-    while every is not None and number * every < end * (1.0 - SAME_TIME):
-        yield number * every
-        number += 1
-    if end > 0.0:
-        yield end
+    end, meets = output.end if until is None else until, output.align or run.evolution.meets_times
+    times = {0.0, end}
+    for every in (output.series_every, output.snapshot_every):
+        if every is not None and meets:
+            times |= {number * every for number in range(1, math.ceil(end / every * (1.0 - SAME_TIME)))}
+    return [time for before, time in pairwise([-math.inf, *sorted(times)]) if time - before > SAME_TIME * end]
 
 
 def _advance(model: str, bodies: Sequence[Any], time: float) -> None:

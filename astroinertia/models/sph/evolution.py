@@ -83,20 +83,20 @@ class Particles:
         return int(self.state.step)
 
     @property
+    def longest(self) -> float:
+        """The longest step, or base step, that the density allows."""
+        if self.free_fall_factor is None:
+            return math.inf
+        return self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density))
+
+    @property
     def resumable(self) -> bool:
         """Whether particles are about to be sorted again."""
         return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
         """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`."""
-        if self.resumable or self._stale():
-            self.state, self.arrangement = rearranged(self.problem, self.state)
-        dt = float(self.state.rates.timestep)
-        if not dt > SMALLEST_STEP * self.end:
-            if math.isnan(dt):
-                raise self._diagnosis("the time step is not a number, for the state is no longer finite")
-            raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
-        longest = self._longest()
+        dt, longest = self.begin(), self.longest
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
                 try:
@@ -111,12 +111,27 @@ class Particles:
                 dt = towards(until - self.time, min(dt, longest))
                 self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
                 self.evaluations += len(self.state.mass)
+        self.check()
+        if self.between is not None:
+            self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
+
+    def begin(self) -> float:
+        """Sort particles where it is due; how long a step the state allows. NumericalError where that is none."""
+        if self.resumable or self._stale():
+            self.state, self.arrangement = rearranged(self.problem, self.state)
+        dt = float(self.state.rates.timestep)
+        if not dt > SMALLEST_STEP * self.end:
+            if math.isnan(dt):
+                raise self._diagnosis("the time step is not a number, for the state is no longer finite")
+            raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
+        return dt
+
+    def check(self) -> None:
+        """NumericalError where a step has left numbers."""
         if not np.isfinite(float(self.state.rates.timestep)) or not np.isfinite(
             float(self.state.ledger.kinetic_tensor.value.sum())
         ):
             raise self._diagnosis("the state is no longer finite")
-        if self.between is not None:
-            self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
 
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series; regions are judged again for it."""
@@ -152,12 +167,6 @@ class Particles:
         place = float(limit["timestep_limit_radius"]), float(limit["timestep_limit_density"])
         at = None if np.isnan(place[0]) else place
         return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, name, at, self.note)
-
-    def _longest(self) -> float:
-        """The longest step, or base step, that the density allows."""
-        if self.free_fall_factor is None:
-            return math.inf
-        return self.free_fall_factor / math.sqrt(np.max(self.state.rates.fluid.density))
 
     def _stale(self) -> bool:
         return stale(self.problem, self.arrangement, self.state)

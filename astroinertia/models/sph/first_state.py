@@ -47,7 +47,7 @@ def initial_state(
     guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
-        time=xp.asarray(float(time)),
+        time=xp.asarray(time, dtype=float),  # not a weak type of JAX, of which steps make a strong one
         step=xp.zeros((), dtype=int),
         identity=xp.arange(count),
         mass=mass,

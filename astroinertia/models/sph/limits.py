@@ -94,9 +94,13 @@ def towards(remaining: float, longest: float) -> float:
 
     So many steps are needed in any case; made equally long, none is a small remainder.
     """
-    if not remaining < FEW * longest:
-        return longest
-    return remaining / max(1, math.ceil(remaining / longest * (1.0 - 1e-12)))
+    parts = steps_left(remaining, longest)
+    return remaining / parts if parts else longest
+
+
+def steps_left(remaining: float, longest: float) -> int:
+    """How many steps, made equally long, meet that time; 0 where it is further off than FEW steps."""
+    return max(1, math.ceil(remaining / longest * (1.0 - 1e-12))) if remaining < FEW * longest else 0
 
 
 def root(xp: Any, square: Array) -> Array:

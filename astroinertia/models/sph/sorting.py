@@ -15,14 +15,19 @@ Array = Any
 def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
     """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation."""
     order, pairs = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
+    state = in_order(state, order)
+    return state, arranged(problem, pairs, state)
+
+
+def in_order(state: State, order: Array) -> State:
+    """The state, or its derivative, with its particles in another order (N,)."""
     count = state.mass.shape[0]
 
     def sort(array: Array) -> Array:
         return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
     particles, others = without_others(state)
-    state = with_others(jax.tree.map(sort, particles), others)
-    return state, arranged(problem, pairs, state)
+    return with_others(jax.tree.map(sort, particles), others)
 
 
 def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:
