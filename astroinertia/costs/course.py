@@ -17,7 +17,8 @@ from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells
-from astroinertia.costs.evaluations import SHARES
+from astroinertia.costs.crowding import neighbours
+from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
 from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
@@ -31,6 +32,7 @@ from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import Profile
 from astroinertia.units import pressure_constant_dimension
 
+CROWDED = 30  # moments, at which neighbours are counted
 MOMENTS = 4000  # in which the sphere is followed
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
 SCATTERED = 1e6  # of its size, from which on a sphere that expands coasts
@@ -98,12 +100,15 @@ class Done:
     where particles have steps of their own, base steps and ends of intervals.
 
     looked: share of steps, or base steps, in which it has to be looked at whether matter that is apart may meet.
+    crowding: mean number of neighbours in them, over that at the start. work: as steps, each by what it takes.
     """
 
     steps: np.ndarray
     base: np.ndarray
     ends: np.ndarray
     looked: float
+    crowding: float
+    work: np.ndarray
 
 
 def done(scene: Scene) -> Done | None:
@@ -151,18 +156,19 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
     base = np.minimum(np.where(finest > 0.0, 2.0, 1.0) * step * 2.0**finest, longest)
     interval = base / 2.0 ** np.ceil(np.log2(base / step) - 1e-9)  # one that is cut short is still in powers of two
 
-    def counted(step: np.ndarray) -> np.ndarray:
-        until = cumulative_trapezoid(1.0 / np.minimum(step, end), times, initial=0.0)
+    def counted(step: np.ndarray, each: np.ndarray | float = 1.0) -> np.ndarray:
+        until = cumulative_trapezoid(each / np.minimum(step, end), times, initial=0.0)
         return np.interp(np.linspace(0.0, end, SHARES + 1), times, until + times / end)  # the end cuts the last short
 
     whole = np.minimum(step if numerics.timesteps == "global" else base, end)
-    looked = _share(whole > limits.passing, 1.0 / whole, times)
-    return Done(counted(step), counted(base), counted(interval), looked)
+    looked, crowding = (_mean(each, 1.0 / whole, times) for each in (whole > limits.passing, limits.crowding))
+    each = 1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * limits.crowding
+    return Done(counted(step), counted(base), counted(interval), looked, crowding, counted(step, each))
 
 
-def _share(where: np.ndarray, weight: np.ndarray, times: np.ndarray) -> float:
-    """What part of an integral over times lies where something is so, (K,)."""
-    return float(np.trapezoid(where * weight, times) / np.trapezoid(weight, times))
+def _mean(of: np.ndarray | float, weight: np.ndarray, times: np.ndarray) -> float:
+    """The weighted mean over times, (K,)."""
+    return float(np.trapezoid(of * weight, times) / np.trapezoid(weight, times))
 
 
 def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
@@ -184,9 +190,9 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     usual = _steps_at(scene, replace(sphere, densest=sphere.outer, sound=outer), times, sizes)
     factor, densest = scene.numerics.free_fall_factor, sphere.densest / sizes**3
     longest = np.full_like(sizes, math.inf) if factor is None else factor / np.sqrt(densest)
-    # Spin is as of a body that turns as a whole.
-    turning = math.sqrt(1.5 * _uniform_spin(scene, sphere.gravity)) / sizes
-    speed = sphere.size * np.hypot(turning, np.gradient(sizes, times) if len(times) > 1 else 0.0)
+    speed = sphere.size * np.hypot(
+        _turning(scene, sphere) / sizes, np.gradient(sizes, times) if len(times) > 1 else 0.0
+    )
     passing = passed(_length(scene, sphere, sphere.densest / sizes**3), speed)
     return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest, passing)
 
@@ -242,7 +248,7 @@ def sphere_of(scene: Scene) -> Sphere:
     if fluid is not None and fluid.thermal_gamma and (body.specific_internal_energy or body.entropy) is not None:
         gamma = fluid.thermal_gamma  # what is hot holds it up
     shells_at = profile.radius((np.arange(MIDDLES) + 0.5) / MIDDLES)
-    spin = float(np.average(_spin(scene, initial, weight, shells_at), weights=shells_at**2))
+    spin = float(np.average(_spin(scene, initial, shells_at), weights=shells_at**2))
     if body.spin is body:
         spin = 0.0  # in equilibrium with it: gravity and pressure below are what is left
     if not has_pressure:
@@ -272,6 +278,8 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
     numerics = scene.numerics
     body = _shells(scene, sphere)
     moments = shells.followed(body, end)
+    if not moments:
+        return NOT_KNOWN
     support = KERNELS[numerics.kernel].support
     viscosity: Any = scene.effects.get("viscosity")
     every, longest, passing, time = [], [], [], 0.0
@@ -293,9 +301,21 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
         passing.append(passed(length.min(), np.hypot(moment.speed, turning).max()))
     usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
-    return Limits(
-        times, np.array([limits.min() for limits in every]), np.array(usual), *map(np.array, (longest, passing))
-    )
+    shortest = np.array([limits.min() for limits in every])
+    return Limits(times, shortest, np.array(usual), np.array(longest), np.array(passing),
+                  _crowding(scene, sphere, body.mass, moments))  # fmt: skip
+
+
+def _crowding(scene: Scene, sphere: Sphere, mass: np.ndarray, moments: list[shells.Moment]) -> np.ndarray:
+    """How many neighbours particles in shells of those masses have at those moments, over how many at first, (K,)."""
+    kernel, eta = KERNELS[scene.numerics.kernel], smoothing(scene)[0]
+    chosen = np.unique(np.linspace(0, len(moments) - 1, CROWDED).astype(int))
+    means = []
+    for moment in (moments[number] for number in chosen):
+        own = mass[-len(moment.radius) :]
+        found = neighbours(own, moment.middle, sphere.particle_mass, kernel, eta)
+        means.append(np.average(found, weights=own))
+    return np.interp(np.arange(len(moments)), chosen, np.array(means) / means[0])
 
 
 def _limits_of_planet(scene: Scene, end: float, stirred: bool) -> Limits:
@@ -352,7 +372,7 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     sinks, sink = scene.effects.get("sinks"), None
     if sinks is not None:
         sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
-    turning = (0.0 if body.spin is body else _spin(scene, initial, sphere.gravity, places)) * radius**4
+    turning = (0.0 if body.spin is body else _spin(scene, initial, places)) * radius**4
     return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink)
 
 
@@ -370,29 +390,35 @@ def _stated_constant(scene: Scene, initial: Initial, gamma: float) -> float | No
     return float(body.entropy) if body.entropy is not None and body.isentropic else None
 
 
-def _spin(scene: Scene, initial: Initial, weight: float, s: np.ndarray) -> np.ndarray:
-    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius, in a sphere of that W."""
+def _spin(scene: Scene, initial: Initial, s: np.ndarray) -> np.ndarray:
+    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius."""
     units = code_units(scene)
     body: Any = scene.body
     if initial.shells is not None and body.rotation is None and initial.shells.angular_velocity is not None:
         rate = initial.shells.at(units.to_code(initial.shells.angular_velocity, "angular_velocity"), s)
         return 2.0 / 3.0 * (body.rotation_factor * rate) ** 2
-    return np.full_like(s, _uniform_spin(scene, weight))
+    return np.full_like(s, _uniform_spin(scene))
 
 
-def _uniform_spin(scene: Scene, weight: float) -> float:
-    rotation: Any = scene.body.spin
+def _turning(scene: Scene, sphere: Sphere) -> float:
+    """The rate at which a body turns at first, as a whole."""
+    spin: Any = scene.body.spin
+    share = getattr(spin, "t_over_w", None)
+    # T is <r^2> omega^2/3 of the mass, and |W| is <r^2> times that of a sphere.
+    return math.sqrt(1.5 * _uniform_spin(scene) if share is None else 3.0 * share * sphere.gravity)
+
+
+def _uniform_spin(scene: Scene) -> float:
+    rotation: Any = scene.body.rotation
     if rotation is None:
         return 0.0
-    if getattr(rotation, "t_over_w", None) is not None:
-        return 2.0 * rotation.t_over_w * weight
     units = code_units(scene)
     rate = getattr(rotation, "rate", None)
     if rate is not None:
         return 2.0 / 3.0 * float(units.to_code(rate, "angular_velocity")) ** 2
     if getattr(rotation, "period", None) is not None:
         return 2.0 / 3.0 * (2.0 * math.pi / float(units.to_code(rotation.period, "time"))) ** 2
-    if rotation is not scene.body and getattr(rotation, "breakup_fraction", None) is not None:
+    if getattr(rotation, "breakup_fraction", None) is not None:
         return 2.0 / 3.0 * breakup_rate(scene, units) ** 2
     return 0.0
 

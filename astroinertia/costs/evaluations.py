@@ -41,7 +41,8 @@ class Counts:
     """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps.
 
     done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. looked: in what share
-    of the steps it has to be looked at whether matter that is apart may meet.
+    of the steps it has to be looked at whether matter that is apart may meet. crowding: the mean number of neighbours
+    over that at the start.
     """
 
     steps: float
@@ -50,13 +51,14 @@ class Counts:
     by: str
     done: tuple[float, ...]
     looked: float = 0.0
+    crowding: float = 1.0
 
     def at_most(self, steps: float) -> "Counts":
         """The same run, ended after so many steps."""
         part = min(1.0, steps / self.steps)
         done = tuple(min(1.0, share / part) for share in self.done)
         counts = (part * self.steps, part * self.evaluations, part * self.ends)
-        return Counts(*counts, self.by, done, self.looked)
+        return Counts(*counts, self.by, done, self.looked, self.crowding)
 
     def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
@@ -75,7 +77,8 @@ class Counts:
             work = work + active * ((met - steps) - (ends - own))
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
-        return Counts(float(steps.sum()), float(work.sum()), float(met.sum()), self.by, done, self.looked)
+        totals = (float(each.sum()) for each in (steps, work, met))
+        return Counts(*totals, self.by, done, self.looked, self.crowding)
 
 
 def rounded_up(steps: np.ndarray) -> np.ndarray:
@@ -89,10 +92,13 @@ def rounded_up(steps: np.ndarray) -> np.ndarray:
     return np.where(width > 0.0, spread / np.where(width > 0.0, width, 1.0), 1.0)
 
 
-def evaluation(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
-    """What one evaluation of all particles takes, by its parts; those of effects under their kinds."""
-    costs = machine.seconds
-    more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * smoothing(scene)[1] / REFERENCE_NEIGHBOURS)
+def evaluation(scene: Scene, particles: int, machine: Machine, crowding: float = 1.0) -> dict[str, Seconds]:
+    """What one evaluation of all particles takes, by its parts; those of effects under their kinds.
+
+    crowding: how many times more neighbours they have than a fluid of even density.
+    """
+    costs, neighbours = machine.seconds, crowding * smoothing(scene)[1]
+    more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * neighbours / REFERENCE_NEIGHBOURS)
 
     def passed(name: str) -> Seconds:
         return costs[f"fixed.{name}"] + more * costs[f"{scene.precision}.{name}"]
@@ -141,7 +147,7 @@ def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
 
 def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:
     """What all steps of a run take, by their parts."""
-    plain = evaluation(scene, particles, machine)
+    plain = evaluation(scene, particles, machine, counts.crowding)
     apart = {}
     if counts.looked > 0.0 and any(name in plain for name in scene.effects if _near(scene, name)):
         groups = min(1.0, particles / GROUPS)
@@ -156,7 +162,7 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     nested = _over(costs["individual.particle"], total(costs[f"mixed.{name}"] for name in PASSES))
     parts = {
         name: counts.evaluations * Seconds((1.0 + nested.wall) * cost.wall, (1.0 + nested.processor) * cost.processor)
-        for name, cost in evaluation(scene, particles, _without_fixed(machine)).items()
+        for name, cost in evaluation(scene, particles, _without_fixed(machine), counts.crowding).items()
     }
     begun = counts.steps * (costs["individual.base"] + particles * costs["individual.base.particle"])
     ends = counts.ends * costs["individual.end"]

@@ -13,7 +13,8 @@ USUAL = 0.95  # of the matter, whose limits a base step is longer than: 1.8/1.9,
 class Limits:
     """At times (K,): the shortest limit of all matter, what most of it is below, and the longest step (inf: any).
 
-    passing: from which step on it has to be looked at whether matter that is apart may meet in it.
+    passing: from which step on it has to be looked at whether matter that is apart may meet in it. crowding: the mean
+    number of neighbours over that at the start.
     """
 
     times: np.ndarray
@@ -21,6 +22,7 @@ class Limits:
     usual: np.ndarray
     longest: np.ndarray | float = np.inf
     passing: np.ndarray | float = np.inf
+    crowding: np.ndarray | float = 1.0
 
 
 def passed(length: Any, speed: Any) -> Any:

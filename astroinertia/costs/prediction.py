@@ -128,11 +128,12 @@ def counted(scene: Scene) -> Counts | None:
     if estimate is None:
         return None
     steps, base = float(estimate.steps[-1]), float(estimate.base[-1])
-    done = tuple(map(float, estimate.steps / steps))
+    done = tuple(map(float, estimate.work / estimate.work[-1]))
+    beside = "an estimate", done, estimate.looked, estimate.crowding
     if scene.numerics.timesteps == "individual":
         ends = float(estimate.ends[-1])
-        return Counts(base, base + ACTIVE * (ends - base), ends, "an estimate", done, estimate.looked)
-    return Counts(steps, steps, steps, "an estimate", done, estimate.looked)
+        return Counts(base, base + ACTIVE * (ends - base), ends, *beside)
+    return Counts(steps, steps, steps, *beside)
 
 
 def _times_to_meet(scene: Scene) -> float:

@@ -37,6 +37,7 @@ from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
 from astroinertia.run.callback import STOPPED, Callback
 from astroinertia.run.extend import go_on_with
+from astroinertia.run.remaining import Pace
 from astroinertia.run.state import RunState
 from astroinertia.scene.changed import going_on
 from astroinertia.scene.plan import cadence
@@ -80,7 +81,6 @@ class Progress:
 
 
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
-TRUSTED = 0.1  # share of the work from which on the pace that is seen says what is left, whatever was predicted
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
 """What hears how a run goes; if it raises RunInterrupted, the run is saved and stops, as after a signal."""
@@ -210,7 +210,7 @@ class _Run:
         self.snapshots: list[dict[str, Any]] = []
         self.counters = dict(prepared.counters)
         self.opened = clock.monotonic()
-        self.paced: tuple[float, float] | None = None
+        self.pace = Pace()
         self.reported_at = -1e9
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.saving = self.opened, 0.0
@@ -250,7 +250,8 @@ class _Run:
             if not self._through():
                 self._advance()
                 self._record(force=self._ended())
-            self.paced = self.paced or (clock.monotonic(), self._done())
+            if self.pace.due(now := clock.monotonic()):
+                self.pace.note(now, self._done())
         raise_failure()  # in the last record
         if "measured" not in self.counters:  # a run that is resumed after its end leaves the same file
             taken = self.counters["wall_time"] + clock.monotonic() - self.begun
@@ -453,11 +454,8 @@ class _Run:
     def _to_go(self) -> float:
         if "predicted_evolution_time" not in self.archive.metadata:
             return math.nan  # most steps of a collapse lie in a small part of its time: its pace says little
-        done, predicted = self._done(), self.archive.metadata["predicted_evolution_time"]
-        begun, first = self.paced or (self.reported_at, done)
-        return seconds_left(
-            done - first, self.reported_at - begun, 1.0 - done, math.nan if self._off_plan() else predicted
-        )
+        predicted = math.nan if self._off_plan() else self.archive.metadata["predicted_evolution_time"]
+        return self.pace.left(self.reported_at, self._done(), predicted)
 
 
 def in_si(error: NumericalError, units: CodeUnits) -> NumericalError:
@@ -465,18 +463,6 @@ def in_si(error: NumericalError, units: CodeUnits) -> NumericalError:
     if error.time is None or units == DIMENSIONLESS:
         return error
     return NumericalError(error.message, error.effect, units.to_si(error.time, "time"), error.particle, "s")
-
-
-def seconds_left(worked: float, seconds: float, left: float, predicted: float) -> float:
-    """What is left of a run's work, a share of it, takes: at first as predicted, soon by the pace that is seen.
-
-    worked: the share that was done in those seconds; predicted: seconds of all of it, NaN where no longer counted on.
-    """
-    if worked <= 0.0:
-        return left * predicted
-    seen = seconds / worked
-    trusted = min(1.0, worked / TRUSTED) if math.isfinite(predicted) else 1.0
-    return left * (seen if trusted == 1.0 else trusted * seen + (1.0 - trusted) * predicted)
 
 
 def _limited_by(figures: Figures, units: CodeUnits) -> str:

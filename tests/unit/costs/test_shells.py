@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, shells
+from astroinertia.costs import course, machine, shells
+from astroinertia.costs.crowding import neighbours
+from astroinertia.costs.evaluations import evaluation
 from astroinertia.costs.shells import Moment, Shells, followed, in_balance, signals, steepening
+from astroinertia.process.stopwatch import total
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
+from astroinertia.sph.kernels import KERNELS
 from astroinertia.storage.data_tables import data_path
 from tests.sims import SIMS
 
@@ -137,3 +141,38 @@ def test_viscosity_answers_to_what_begins_to_fall():
     falls = replace(at_rest, acceleration=-5.0 * at_rest.radius)
     np.testing.assert_allclose(steepening(falls, np.full(40, 0.1)), 0.01 * 15.0 / 4.0)
     assert (steepening(replace(at_rest, acceleration=5.0 * at_rest.radius), np.full(40, 0.1)) == 0.0).all()
+
+
+def test_kernels_of_an_envelope_reach_over_a_core_and_have_as_many_neighbours_as_particles_have():
+    """Random particles, each with the smoothing length that solves h^3 rho = eta^3 m by the sum over all others.
+
+    A particle comes on top of the mean density around it where places are random, not where they are in order.
+    """
+    generator, kernel, eta = np.random.default_rng(3), KERNELS["wendland_c2"], 1.3
+    radius = np.concatenate([0.05 * generator.random(400) ** (1 / 3), generator.random(600) ** (1 / 3)])
+    direction = generator.normal(size=(1000, 3))
+    place = radius[:, None] * direction / np.linalg.norm(direction, axis=1)[:, None]
+    apart = np.linalg.norm(place[:, None] - place, axis=2) + np.diag(np.full(1000, 100.0))
+    low, high = np.full(1000, 1e-3), np.full(1000, 4.0)
+    for _ in range(30):
+        middle = np.sqrt(low * high)
+        full = kernel.w(np, apart / middle[:, None]).sum(axis=1) > eta**3
+        low, high = np.where(full, low, middle), np.where(full, middle, high)
+    exact = (apart < kernel.support * low[:, None]).sum(axis=1)
+    edges = np.sort(radius).reshape(40, 25)
+    found = neighbours(np.full(40, 0.025), 0.5 * (edges[:, 0] + edges[:, -1]), 1e-3, kernel, eta)
+    of_shells = exact[np.argsort(radius)].reshape(40, 25).mean(axis=1)
+    assert found.mean() == pytest.approx(exact.mean(), rel=0.05)
+    assert found[15:18].mean() == pytest.approx(of_shells[15:18].mean(), rel=0.1)  # beside the core
+    assert found[15:18].mean() > 2.0 * found[30:].mean()
+
+
+def test_a_core_that_has_bounced_makes_its_steps_longer():
+    """sims/pulsar_collapse.toml: from 580 to 1800 particles in lists, and from 21 to 43 ms, as was measured."""
+    scene = load.load_file(SIMS / "pulsar_collapse.toml")
+    limits = course._limits(scene, float(code_units(scene).to_code(scene.time.end, "time")), False)
+    assert limits.crowding[0] == 1.0
+    assert limits.crowding[-1] == pytest.approx(1800 / 580, rel=0.35)
+    steps = (evaluation(scene, 3000, machine.shipped(), crowding) for crowding in (1.0, 1800 / 580))
+    few, many = (total(parts.values()).processor for parts in steps)
+    assert many == pytest.approx(43 / 21 * few, rel=0.3)

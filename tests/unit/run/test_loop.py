@@ -72,14 +72,6 @@ def test_a_run_that_leaves_its_plan_by_a_factor_of_ten_says_so(
         assert not (says and each.step > 10.0 and each.to_go > 1e4)
 
 
-def test_what_is_left_is_as_predicted_at_first_and_by_the_pace_soon() -> None:
-    assert loop.seconds_left(0.0, 0.0, 1.0, 100.0) == 100.0
-    assert loop.seconds_left(0.05, 20.0, 0.9, 100.0) == pytest.approx(0.9 * (0.5 * 400.0 + 0.5 * 100.0))
-    assert loop.seconds_left(0.2, 80.0, 0.8, 100.0) == pytest.approx(320.0)
-    assert loop.seconds_left(0.01, 4.0, 0.99, math.nan) == pytest.approx(396.0)
-    assert math.isnan(loop.seconds_left(0.0, 0.0, 1.0, math.nan))
-
-
 def test_the_line_of_such_a_run_names_the_plan() -> None:
     text = io.StringIO()
     with Meter(Console(file=text)) as meter:

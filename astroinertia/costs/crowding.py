@@ -1,0 +1,40 @@
+"""How many neighbours particles have in spherical shells: kernels of a thin envelope reach over a dense core.
+
+A smoothing length h is that of the density which its kernel sees, h^3 rho = eta^3 m. At a distance r from the centre
+that is the sum over shells at r' of their masses times the kernel's mean over a sphere,
+
+    <W> = [g(|r - r'|/h) - g((r + r')/h)] / (8 pi r r' h),   g(q) = 4 pi int_q w s ds,
+
+and of a sphere at r' the part [R^2 - (r - r')^2] / (4 r r') is within the reach R of a particle at r. Tests:
+tests/unit/costs/test_shells.py.
+"""
+
+import math
+
+import numpy as np
+
+from astroinertia.sph.kernels import Kernel
+
+HALVINGS = 12  # in which a smoothing length is looked for
+WIDEST = 16.0  # times the mean spacing in the shell, within which it is
+
+
+def neighbours(mass: np.ndarray, place: np.ndarray, particle: float, kernel: Kernel, eta: float) -> np.ndarray:
+    """The mean number (K,) that particles have in shells of those masses, whose middles are at those radii (K,)."""
+    apart, beyond = np.abs(place[:, None] - place), place[:, None] + place
+    both = place[:, None] * place
+
+    def content(length: np.ndarray) -> np.ndarray:
+        h = length[:, None]
+        seen = kernel.softening(np, apart / h) - kernel.softening(np, beyond / h)
+        return length**2 * (mass * seen / (8.0 * math.pi * both)).sum(axis=1)  # h^3 rho
+
+    high = np.full_like(place, WIDEST * place.max())
+    low = high / 2.0**HALVINGS / WIDEST
+    for _ in range(HALVINGS):
+        middle = np.sqrt(low * high)
+        full = content(middle) > eta**3 * particle
+        low, high = np.where(full, low, middle), np.where(full, middle, high)
+    reach = kernel.support * np.sqrt(low * high)[:, None]
+    within = np.clip((reach**2 - apart**2) / (4.0 * both), 0.0, 1.0)
+    return (within * mass).sum(axis=1) / particle
