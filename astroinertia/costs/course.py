@@ -22,6 +22,7 @@ from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
 from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.errors import AstroinertiaError
+from astroinertia.process.few import FEW
 from astroinertia.scene.body_kinds.layered import LayeredBody
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
@@ -302,8 +303,9 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
     usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
     shortest = np.array([limits.min() for limits in every])
-    return Limits(times, shortest, np.array(usual), np.array(longest), np.array(passing),
-                  _crowding(scene, sphere, body.mass, moments))  # fmt: skip
+    # Of few particles every one is looked at as a neighbour anyhow.
+    crowding = 1.0 if scene.body.particles <= FEW else _crowding(scene, sphere, body.mass, moments)
+    return Limits(times, shortest, np.array(usual), np.array(longest), np.array(passing), crowding)
 
 
 def _crowding(scene: Scene, sphere: Sphere, mass: np.ndarray, moments: list[shells.Moment]) -> np.ndarray:

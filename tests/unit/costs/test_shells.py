@@ -170,8 +170,11 @@ def test_kernels_of_an_envelope_reach_over_a_core_and_have_as_many_neighbours_as
 def test_a_core_that_has_bounced_makes_its_steps_longer():
     """sims/pulsar_collapse.toml: from 580 to 1800 particles in lists, and from 21 to 43 ms, as was measured."""
     scene = load.load_file(SIMS / "pulsar_collapse.toml")
-    limits = course._limits(scene, float(code_units(scene).to_code(scene.time.end, "time")), False)
+    end = float(code_units(scene).to_code(scene.time.end, "time"))
+    limits = course._limits(scene, end, False)
     assert limits.crowding[0] == 1.0
+    few = load.load_file(SIMS / "pulsar_collapse.toml", ["body.particles=1000"])  # all are looked at anyhow
+    assert course._limits(few, end, False).crowding == 1.0
     assert limits.crowding[-1] == pytest.approx(1800 / 580, rel=0.35)
     steps = (evaluation(scene, 3000, machine.shipped(), crowding) for crowding in (1.0, 1800 / 580))
     few, many = (total(parts.values()).processor for parts in steps)
