@@ -2,7 +2,8 @@
 
 Its course was predicted: the share of its work that is done by each time. What that takes is seen as the run goes, and
 changes where the flow is not the one that was thought of, or neighbours become more: the pace of late says more of what
-is to come than that of the whole run. Tests: tests/unit/run/test_remaining.py.
+is to come than that of the whole run. Tests: tests/unit/run/test_remaining.py; measured against runs in
+tests/benchmarks/results/remaining_times.md.
 """
 
 import math
