@@ -87,7 +87,7 @@ def numbers(values: tuple[float, ...]) -> str:
 def option_text(value: Any, dimension: str | Dimension, shown: Callable[[float, Any], str]) -> str:
     """An option's value, as written for a person."""
     if isinstance(value, str | bool):
-        return str(value).lower()
+        return value if isinstance(value, str) else str(value).lower()
     if isinstance(value, tuple | list):
         return f"({', '.join(option_text(item, dimension, shown) for item in value)})"
     return shown(value, dimension)

@@ -21,7 +21,7 @@ from astroinertia.errors import SceneError
 from astroinertia.models.sph.record import energy_budget, snapshot_record
 from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
-from astroinertia.scene.plan import code_units
+from astroinertia.scene.plan import code_units, plan
 from astroinertia.studies.core_collapse import core_scene
 from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT
 from tests.ball import ball, state_of
@@ -255,3 +255,7 @@ def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -
     assert np.abs(spin[1] - spin[0]).max() < 1e-14
     shown = snapshot_record(found)["electron_fraction"]
     assert (shown[np.asarray(found.identity)] == found.memory["electron_fraction"]).all()
+
+
+def test_the_plan_names_the_fit_as_the_scene_does() -> None:
+    assert "fit N13" in plan(loads(core_scene("N13", 100))).text()
