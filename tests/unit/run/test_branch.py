@@ -98,7 +98,7 @@ def test_a_function_acts_from_the_time_of_the_branch_on(tmp_path) -> None:
     k, speed = 0.3, 1.5
 
     def cubic(state: Any) -> Any:
-        return -k * np.sum(state.velocity**2, axis=1)[:, None] * state.velocity
+        return -k * np.sum(state.velocities**2, axis=1)[:, None] * state.velocities
 
     free = STAR.replace("[effects.gravity]\n[effects.pressure]\n[effects.viscosity]\n", "[effects]\n")
     free = free.replace("[body.rotation]\nrate = 0.3\n", "")
