@@ -77,7 +77,7 @@ class Counts:
             work = work + active * ((met - steps) - (ends - own))
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
-        totals = (float(each.sum()) for each in (steps, work, met))
+        totals = float(steps.sum()), float(work.sum()), float(met.sum())
         return Counts(*totals, self.by, done, self.looked, self.crowding)
 
 
