@@ -428,9 +428,10 @@ def _uniform_spin(scene: Scene) -> float:
 def _cooling(scene: Scene) -> tuple[float, float]:
     """Its time scale at first and how that changes, where heat is lost everywhere alike; none elsewhere."""
     options = scene.effects.get("cooling", {})
-    if options.get("law") != "time_scale" or options["heating_rate"] or options["floor"]:
+    tau = options.get("time_scale")
+    if options.get("law") != "time_scale" or tau is None or options["heating_rate"] or options["floor"]:
         return math.inf, 0.0
-    return float(code_units(scene).to_code(options["time_scale"], "time")), options["time_scale_change"] or 0.0
+    return float(code_units(scene).to_code(tau, "time")), options["time_scale_change"] or 0.0
 
 
 def _central_sound(profile: Profile, unit: float, gamma: float) -> float:

@@ -9,11 +9,9 @@ from typing import Any
 import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
-from matplotlib.transforms import Bbox
 from PIL import Image
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
@@ -100,45 +98,9 @@ def styled() -> Iterator[None]:
         yield
 
 
-class Panel(Axes):
-    """Axes that measure what stands around them once for a layout.
-
-    A constrained layout asks twice, before and after it has moved them, and most of the time of a picture goes there.
-    """
-
-    _around: tuple[float, np.ndarray] | None = None  # dots an inch, and margins beside the axes in dots
-
-    def get_tightbbox(self, renderer: Any = None, **how: Any) -> Any:
-        """The box of all that is drawn; for a layout with the margins that were found before."""
-        layout = how.get("for_layout_only", False)
-        if layout and self._around is not None and self._around[0] == self.figure.dpi:
-            locator = self.get_axes_locator()
-            self.apply_aspect(locator(self, renderer) if locator else None)
-            return Bbox.from_extents(*(np.asarray(self.bbox.extents) + self._around[1]))
-        box = super().get_tightbbox(renderer, **how)
-        if layout and box is not None:
-            self._around = (self.figure.dpi, np.asarray(box.extents) - self.bbox.extents)
-        return box
-
-    def draw(self, renderer: Any) -> None:
-        """As axes are drawn; the next layout measures again, for labels may be others by then."""
-        self._around = None
-        super().draw(renderer)
-
-
-class Page(Figure):
-    """A figure whose axes are panels, but for those of a projection."""
-
-    def add_subplot(self, *args: Any, **kwargs: Any) -> Any:
-        """Panels, where no other kind is asked for."""
-        if not {"projection", "polar", "axes_class"} & set(kwargs):
-            kwargs["axes_class"] = Panel
-        return super().add_subplot(*args, **kwargs)
-
-
 def page(title: str, size: tuple[float, float]) -> Figure:
     """An empty figure with a title, in inches; no pyplot, so nothing is shown or kept."""
-    figure = Page(figsize=size, layout="constrained")
+    figure = Figure(figsize=size, layout="constrained")
     figure.get_layout_engine().set(h_pad=0.09, w_pad=0.09, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
     figure.suptitle(title, x=0.012, ha="left", fontsize=13, fontweight="bold", color=INK, parse_math=False)
     return figure

@@ -26,5 +26,5 @@ def refuse_wrong_names(of: Any, by: Any) -> None:
     """SceneError unless `of` is the name of a series and `by` a list of keys."""
     if not isinstance(of, str):
         raise SceneError(f"of must name a series, such as inertia_tensor.zz@end, not {of!r:.60}.")
-    if not isinstance(by, list | tuple) or not all(isinstance(key, str) for key in by):
+    if not isinstance(by, list | tuple) or not by or not all(isinstance(key, str) for key in by):
         raise SceneError(f"by must be a list of keys of the scene, such as ['body.rotation.period'], not {by!r:.60}.")

@@ -52,8 +52,6 @@ def gradient(scene: Scene, of: str, by: Sequence[str]) -> xr.Dataset:
     >>> print(round(float(answer.gradient[0] * 1500 / answer.value), 9))  # I ~ R^2
     2.0
     """
-    if isinstance(by, str) or not by:
-        raise SceneError('by is a list of keys of the scene, such as ["body.mass"].')
     observable, at = _asked(of)
     run = members(scene, by, None if at in ("", "end") else moment(scene, at, "the time of a gradient"))
     name = observable.variable

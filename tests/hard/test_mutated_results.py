@@ -60,7 +60,7 @@ def judged(reading, path, content, seed, count, commands):
 
 
 def test_mutated_results_are_read_or_refused(reading, content, tmp_path):
-    found = judged(reading, tmp_path / "mutated.nc", content, 3, 60, ())
+    found = judged(reading, tmp_path / "mutated.nc", content, 3, 200, ())
     assert found["read"] > 0 and found["refused"] > 20
 
 

@@ -196,6 +196,7 @@ PLAIN = (
     "entries",
     "heat_entries",
     "own",
+    "particle_names",
     "particle_parts",
     "rigid_entries",
     "rigid_parts",

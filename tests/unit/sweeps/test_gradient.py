@@ -182,8 +182,8 @@ def test_the_initial_spin_for_a_final_one_is_found_in_under_ten_evaluations(body
     ("tables", "of", "by", "sentence"),
     [
         (CORE, "angular_velocity.z", ["time.end"], "'time.end' says how the body is followed"),
-        (CORE, "angular_velocity.z", [], "by is a list of keys"),
-        (CORE, "angular_velocity.z", "body.mass", "by is a list of keys"),
+        (CORE, "angular_velocity.z", [], "by must be a list of keys"),
+        (CORE, "angular_velocity.z", "body.mass", "by must be a list of keys"),
         (CORE, "frequency of angular_velocity z", ["body.mass"], "a frequency has no gradient here"),
         (CORE, "spin", ["body.mass"], "'spin' is no series of the dataset; did you mean spin_axis"),
         (CORE, "angular_velocity.z@1 h", ["body.mass"], "the time of a gradient"),
