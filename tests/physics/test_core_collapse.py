@@ -129,7 +129,7 @@ def test_particles_that_lose_electrons_bounce_as_on_the_grid(result):
     wanted, late, dense, heavy = DELEPTONISED["G15"], [], [], []
     found = [core_collapse("G15", count, 0.098) for count in (1000, 2000)]
     for data in found:
-        at = data.isel(time=int(data.density_max.argmax()))
+        at = data.isel(time=int(np.argmax(data.density_max.values)))
         late.append(float(at.time) / wanted["time"] - 1)
         dense.append(float(at.density_max) / wanted["density"] - 1)
         heavy.append(float(at.region_mass.sel(region="core")) / SOLAR_MASS / wanted["dense"] - 1)
