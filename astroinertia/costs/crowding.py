@@ -15,8 +15,8 @@ import numpy as np
 
 from astroinertia.sph.kernels import Kernel
 
-HALVINGS = 12  # in which a smoothing length is looked for
-WIDEST = 16.0  # times the mean spacing in the shell, within which it is
+HALVINGS = 12  # of the interval of log h in which a smoothing length is looked for
+WIDEST = 16.0  # times the largest radius: the end of that interval; it begins at 1/4096 of the radius
 
 
 def neighbours(mass: np.ndarray, place: np.ndarray, particle: float, kernel: Kernel, eta: float) -> np.ndarray:
