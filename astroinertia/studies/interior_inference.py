@@ -85,8 +85,10 @@ def infer_interior(
     observed: mean_density and any more of DERIVED. assumed: exactly one of core_density, mantle_density and
     core_radius_ratio (core radius over R), and crust_share with crust_density for three layers;
     moment_ratio where it is not observed (uniform up to 0.4 otherwise). small_m: Omega^2 R^3/(GM), for what depends on
-    the rotation. Whether it has converged: `sampling.summary`, which refuses otherwise. SceneError for what is missing
-    or unknown, NumericalError where no interior agrees.
+    the rotation. Attributes of each variable have the distribution that was given for it: `observed_mean` and
+    `observed_deviation`, `prior_mean` and `prior_deviation`, or `prior_low` and `prior_high`. Whether it has converged:
+    `sampling.summary`, which refuses otherwise. SceneError for what is missing or unknown, NumericalError where no
+    interior agrees.
     """
     choice, crust = _checked(observed, assumed, small_m)
     coordinates: dict[str, Gaussian | Uniform] = {
@@ -125,11 +127,16 @@ def infer_interior(
     for name, (unit, text) in DERIVED.items():
         if name in posterior:
             posterior[name].attrs = {"units": unit, "long_name": text}
+    priors = {name: prior for name, prior in coordinates.items() if observed.get(name) is not prior}
+    for kind, given in (("observed", observed), ("prior", priors)):
+        for name, distribution in given.items():
+            posterior[name].attrs |= {f"{kind}_{key}": float(value) for key, value in vars(distribution).items()}
     posterior.attrs |= {
         "title": f"interiors of {2 + bool(crust)} uniform layers",
         "sampled": names,
-        "observed": [f"{name}: {gaussian}" for name, gaussian in observed.items()],
-        "assumed": [f"{name}: {gaussian}" for name, gaussian in assumed.items()],
+        "observed": list(observed),
+        "assumed": list(priors),
+        "small_m": small_m,
     }
     return posterior
 

@@ -31,7 +31,7 @@ def sample(
     log_probability: of positions (n, parameters), -inf where impossible, (n,). start: positions (walkers, parameters)
     from a generator and a number. A chain is an ensemble of its own; half as many draws again are thrown away first.
     SceneError without emcee, or for fewer walkers than twice the parameters; NumericalError for a start that is
-    impossible. Whether the result is converged is in `diagnostics`.
+    impossible. Whether the result is converged is in `diagnostics`; `interop.arviz.arviz_tree` has it as ArviZ does.
     """
     try:
         import emcee  # pyright: ignore[reportMissingImports]  an extra: only sampling needs it
@@ -68,7 +68,12 @@ def sample(
             "acceptance": (("chain", "walker"), np.stack(accepted)),
         },
         coords={"chain": np.arange(chains), "walker": np.arange(walkers), "draw": np.arange(draws)},
-        attrs={"sampler": "emcee", "seed": seed, "discarded_draws": draws // 2},
+        attrs={
+            "sampler": "emcee",
+            "sampler_version": emcee.__version__,
+            "seed": seed,
+            "discarded_draws": draws // 2,
+        },
     )
 
 
