@@ -86,12 +86,24 @@ def choose(
     record = {
         "accuracy": f"{scene.accuracy:g} of {names} at the end; expected {settings.error:.1e} ({sources}), "
         f"stated {settings.bar:.1e}",
+        **({"stated": sentence} if (sentence := _stated(settings, scene.accuracy)) else {}),
         **{f"why {number}": reason for number, reason in enumerate(settings.reasons, 1)},
         "price": f"{duration(settings.seconds)} for the run, {duration(pilots.spent)} for pilots and what they "
         f"compile; of evaluations {settings.work:.2g} and {pilots.work:.2g}",
     }
     chosen = chosen.model_copy(update={"choice": record})
     return Choice(chosen, settings, pilots.spent, pilots.work, pilots.predicted)
+
+
+def _stated(settings: Settings, accuracy: float) -> str:
+    """Why a larger error is stated than was asked for; empty where it is not larger."""
+    if settings.bar <= accuracy:
+        return ""
+    return (
+        f"{settings.bar:.1e} is stated, more than the {accuracy:g} asked for: settings are chosen by the error that is "
+        f"expected, {settings.error:.1e}, and twice that is stated, for estimates are as often too small as too large; "
+        f"accuracy = {accuracy**2 / settings.bar:.2g} has {accuracy:g} stated"
+    )
 
 
 def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:

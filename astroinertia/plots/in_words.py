@@ -1,5 +1,6 @@
 """A run in words and numbers: as text for the terminal, and as tables for pages."""
 
+import json
 from dataclasses import dataclass
 from itertools import product
 
@@ -20,6 +21,7 @@ from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleare
 from astroinertia.plots.style import words
 
 _WIDTH = 34
+_ASKED = "settings chosen for an accuracy of "
 *_SHAPES, _J2 = DIFFERENCES
 
 
@@ -239,7 +241,20 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         ),
     ]
     finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
-    return Table("Accuracy and conservation", (), finite, (_WIDTH, 14))
+    return Table(
+        "Accuracy and conservation", (), finite, (_WIDTH, 14), _chosen_for(str(dataset.attrs.get("choice", "")))
+    )
+
+
+def _chosen_for(choice: str) -> str:
+    """The accuracy that settings were chosen for, and why a larger error is stated; `choice` as the file has it."""
+    try:
+        kept = json.loads(choice)
+    except (ValueError, RecursionError):
+        return ""
+    said = [kept.get(name) for name in ("accuracy", "stated")] if isinstance(kept, dict) else []
+    lines = [" ".join(text.split()) for text in said if isinstance(text, str)]
+    return "\n".join(f"{start}{line}." for start, line in zip((_ASKED, ""), lines, strict=False))
 
 
 def _bars(dataset: xr.Dataset) -> Table:

@@ -138,6 +138,24 @@ def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     assert f"{found.scene.body.particles} particles" in text
 
 
+def test_more_is_stated_than_was_asked_for_and_the_choice_says_why(runs, tmp_path):
+    runs(Formula())
+    found = choice.choose(particles(1e-2, "model='sph'"), tmp_path)
+    assert found.settings.error <= 1e-2 < found.settings.bar
+    sentence = found.scene.choice["stated"]
+    assert sentence.startswith(f"{found.settings.bar:.1e} is stated, more than the 0.01 asked for: ")
+    less = re.search(r"accuracy = (\S+) has 0.01 stated$", sentence)
+    again = choice.choose(particles(less[1], "model='sph'"), tmp_path / "less")
+    assert 0.8e-2 < again.settings.bar <= 1.02e-2
+    assert again.scene.body.particles > found.scene.body.particles
+
+
+def test_nothing_more_is_said_where_no_more_is_stated(tmp_path):
+    found = choice.choose(load.loads(TOP, ("accuracy=1e-4",)), tmp_path)
+    assert found.settings.bar <= 1e-4
+    assert "stated" not in found.scene.choice
+
+
 def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_path):
     formula = runs(Formula(steps=0.02))
     found = choice.choose(particles(1e-2, "model='sph'"), tmp_path)

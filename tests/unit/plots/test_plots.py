@@ -1,5 +1,6 @@
 """Figures are drawn without a warning for every kind of run, keep their text apart, and show the right numbers."""
 
+import json
 import re
 
 import matplotlib
@@ -153,6 +154,16 @@ def test_every_kind_of_run_can_be_drawn(name):
     text = plots.summary(found)
     assert "nan" not in text
     assert len(text.splitlines()) > 8
+
+
+def test_the_summary_tells_the_accuracy_that_was_asked_for_and_why_more_is_stated(series):
+    kept = {"accuracy": "0.01 of I_zz; stated 2.1e-02", "stated": "2.1e-02 is\nstated", "price": "3 s for the run"}
+    lines = plots.summary(series.assign_attrs(choice=json.dumps(kept))).splitlines()
+    first = lines.index("settings chosen for an accuracy of 0.01 of I_zz; stated 2.1e-02.")
+    assert lines[first + 1] == "2.1e-02 is stated."
+    without = plots.summary(series)
+    for other in ("no JSON", "[1, 2]", '{"accuracy": 7}', "[" * 100_000):
+        assert plots.summary(series.assign_attrs(choice=other)) == without
 
 
 def test_the_summary_tells_the_numbers(series):
