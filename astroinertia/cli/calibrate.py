@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from astroinertia.cli.parser import Add, Options, Say
+from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
@@ -19,6 +20,7 @@ until then they tell those of a 2-core x86-64 machine. Other versions, or anothe
 example: astroinertia calibrate
          astroinertia plan star.toml
          astroinertia plan star.toml --pilot
+         astroinertia plan star.toml --processes 4
 """
 
 
@@ -27,6 +29,8 @@ def add_plan_arguments(add: Add) -> None:
     add("--pilot", action="store_true",
         help="count the steps by a run with few particles, of about 20 s at most; runs and plans of the scene know it "
         "from then on")  # fmt: skip
+    add("--processes", type=int, default=1, metavar="N",
+        help="say what a run of particles takes that mpirun -n N shares out over machines like this one")  # fmt: skip
 
 
 def report(options: Options, say: Say) -> str:
@@ -43,6 +47,18 @@ def report(options: Options, say: Say) -> str:
         f"kept in {machine.cache_directory() / machine.FILE}",
     ]
     return "\n".join(lines)
+
+
+def refuse_processes(options: Options, scene: "Scene | None") -> None:
+    """SceneError where --processes says what cannot be; scene: None of a sweep."""
+    if options.processes < 1:
+        raise SceneError(f"--processes {options.processes}: the number of processes is at least 1.")
+    if options.processes == 1:
+        return
+    if scene is None:
+        raise SceneError("--processes is for one run; a sweep shares its members out by --workers.")
+    if scene.model != "sph" or scene.numerics.engine != "numba_cpu":
+        raise SceneError("--processes is for a run of particles with the engine numba_cpu, whose sums they share out.")
 
 
 def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan":
@@ -64,12 +80,13 @@ def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan
         with jax.enable_x64(True):
             prepare(scene)  # refuses a pulsation that cannot be followed to the end
     speeds = machine.current()
-    lines = plan_lines.lines(scene, predict(scene, speeds))
+    lines = plan_lines.lines(scene, predict(scene, speeds, options.processes))
     if scene.output.error_bars:
         from astroinertia.accuracy.companion_runs import companion_runs
 
         runs = companion_runs(scene)
-        lines = (*lines, plan_lines.of_error_bars([(run.name, predict(run.scene, speeds)) for run in runs]))
+        costs = [(run.name, predict(run.scene, speeds, options.processes)) for run in runs]
+        lines = (*lines, plan_lines.of_error_bars(costs))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 

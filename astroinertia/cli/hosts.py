@@ -24,16 +24,15 @@ def add_arguments(add: Add) -> None:
 @contextmanager
 def joined(options: Options) -> Iterator[None]:
     """By MPI or with --coordinator, one of several processes, of which the first alone prints what goes well."""
-    where = getattr(options, "coordinator", None)
-    count, number = (getattr(options, name, None) for name in ("processes", "process"))
+    if not hasattr(options, "coordinator"):
+        yield
+        return
+    where, count, number = options.coordinator, options.processes, options.process
     if where is None or where == FOUND:
         if count is not None or number is not None:
             raise SceneError("--processes and --process are for a --coordinator HOST:PORT.")
     elif count is None or number is None or not 0 <= number < count:
         raise SceneError("--coordinator HOST:PORT needs --processes N and --process K, a number from 0 to N - 1.")
-    if not hasattr(options, "coordinator"):
-        yield
-        return
     from astroinertia.engines import mpi
 
     if where is None and mpi.started() == 1:

@@ -252,11 +252,13 @@ def _plan(options: Options) -> int:
     from astroinertia.scene.plan import plan
 
     if (sweep := cli_sweep.sweep_of(options)) is not None:
+        cli_calibrate.refuse_processes(options, None)
         with _voice("the members are checked"):
             planned, possible = cli_sweep.planned(sweep, options)
         _Console(highlight=False).print(*cli_plan.parts(planned), sep="\n")
         return GOOD if possible else BAD_INPUT
     scene = _load(options)
+    cli_calibrate.refuse_processes(options, scene)
     from astroinertia.build.refusals import refuse_impossible
 
     with _voice("the body is checked"):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
+from astroinertia.costs.processes import NETWORK
 from astroinertia.scene.plan import Line
 from astroinertia.scene.schema import Scene
 
@@ -28,6 +29,9 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     section = [Line("wall time", seconds(cost.wall_time), machine)]
     if cost.steps:
         section.append(Line("steps", f"about {cost.steps:.3g}", by))
+    if cost.received:
+        each = f"{size(cost.received)} an evaluation of all particles"
+        section.append(Line("sent to each process", each, f"taken to arrive at {8e-9 * NETWORK:.0f} Gbit/s"))
     if cost.for_outputs > MULTIPLIED:
         often = f"{cost.for_outputs:.2g} times the work of the steps that the particles need by themselves"
         section.append(Line("outputs", often, "to meet their times: record less often, or set [output] align = false"))
@@ -39,7 +43,8 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     spent = [f"{name.removeprefix(STEP)} {share:.0%}" for name, share in shares.items() if share >= SMALL]
     if spent:
         section.append(Line("the rest", ", ".join(spent), "of the time"))
-    section.append(Line("memory", size(cost.memory), "of the process, at most"))
+    of = "of each process, which holds all particles" if cost.received else "of the process, at most"
+    section.append(Line("memory", size(cost.memory), of))
     section.append(Line("files", size(cost.files), "in the run's folder"))
     return tuple(section)
 

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.costs import course, experience, flows, piloted, smooth
+from astroinertia.costs import course, experience, flows, piloted, processes, smooth
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.process.stopwatch import Seconds, total
@@ -40,7 +40,8 @@ class Prediction:
 
     parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; done: share
     of their work by time, as of Counts; memory: the most bytes of the process; files: bytes of the run's folder;
-    for_outputs: evaluations of particles, over those that they would take if steps met no times of outputs.
+    for_outputs: evaluations of particles, over those that they would take if steps met no times of outputs; received:
+    bytes that each of several processes gets from the others in an evaluation of all particles.
     """
 
     parts: dict[str, Seconds]
@@ -51,6 +52,7 @@ class Prediction:
     files: float
     calibrated: bool
     for_outputs: float = 1.0
+    received: float = 0.0
 
     @property
     def time(self) -> Seconds:
@@ -68,19 +70,21 @@ class Prediction:
         return self.time.wall
 
 
-def predict(scene: Scene, machine: Machine) -> Prediction | None:
+def predict(scene: Scene, machine: Machine, by: int = 1) -> Prediction | None:
     """What a scene will take on a machine; None where its number of particles or of steps is not known beforehand.
 
+    by: how many processes share out the sums over particles, each on such a machine; memory is of one of them.
     Nor is anything known of a body at the edge of what numbers hold, which is still to be run. Imports neither an
     engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles; without one they are
     estimated.
     """
     with suppress(ArithmeticError, ValueError):
-        return _predicted(scene, machine)
+        return _predicted(scene, machine, by)
     return None
 
 
-def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
+def _predicted(scene: Scene, alone: Machine, by: int) -> Prediction | None:
+    machine = processes.shared_out(alone, by)
     if scene.model != "sph":
         return _without_particles(scene, machine)
     particles = _placed(scene)
@@ -104,10 +108,12 @@ def _predicted(scene: Scene, machine: Machine) -> Prediction | None:
     one = costs["record"] + particles * costs["record.particle"] + again
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
+    if by > 1:
+        parts["steps: sending"] = counts.evaluations * processes.sending(particles, by)
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
-    shortened = met.evaluations / own.evaluations
-    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened)
+    shortened, got = met.evaluations / own.evaluations, processes.received(particles, by)
+    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got)
 
 
 def _placed(scene: Scene) -> int | None:

@@ -1,0 +1,33 @@
+"""What a run takes that processes of MPI share out: sums over pairs are divided, all else each process does for itself.
+
+Measured (tests/benchmarks/results/processes.md): of a step of Evrard's cloud, one process of two has 0.59 of the
+processor time of one alone, one of four 0.43 (20,000 and 100,000 particles). Tests: tests/unit/costs/test_processes.py.
+"""
+
+from dataclasses import replace
+
+from astroinertia.costs.machine import PRECISIONS, Machine
+from astroinertia.process.stopwatch import Seconds
+
+SHARED = "density", "gradients", "forces", "multipole"  # passes over pairs, by their names among costs
+NOT_SHARED = 0.06  # of those passes: expansions of the tree's nodes, and putting particles in order for vectors
+RESULTS = 400.0  # bytes of sums a particle and evaluation, of gravity, pressure and viscosity
+NETWORK = 1.25e9  # bytes a second between processes: 10 Gbit/s
+
+
+def shared_out(machine: Machine, processes: int) -> Machine:
+    """The machine as one of so many processes finds it, each of which has all of the machine's threads to itself."""
+    share = NOT_SHARED + (1.0 - NOT_SHARED) / processes
+    passes = {f"{precision}.{name}" for precision in PRECISIONS for name in SHARED}
+    seconds = {name: share * cost if name in passes else cost for name, cost in machine.seconds.items()}
+    return replace(machine, seconds=seconds)
+
+
+def received(particles: int, processes: int) -> float:
+    """Bytes that a process gets from the others in an evaluation of all particles."""
+    return (1.0 - 1.0 / processes) * RESULTS * particles
+
+
+def sending(particles: int, processes: int) -> Seconds:
+    """What an evaluation waits for them."""
+    return Seconds(received(particles, processes) / NETWORK, 0.0)
