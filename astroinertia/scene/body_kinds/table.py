@@ -8,6 +8,7 @@ from pydantic import Field
 from astroinertia.scene.body_kinds.stretched import Unknown
 from astroinertia.scene.dimensional import Speed
 from astroinertia.scene.initial_body import Body, PlanLine, Shown
+from astroinertia.units import shown as readable
 
 
 class TableBody(Unknown, Body):
@@ -39,20 +40,28 @@ class TableBody(Unknown, Body):
         return Path(scene.origin or ".") / self.file
 
     def check(self, scene: Any) -> None:
-        """A file that states no units has them in the scene; `load` takes those of one that does."""
+        """A file that states no units has them in the scene; `load` takes those of files where all state them."""
         super().check(scene)
-        if scene.units in (None, "SI"):
-            snapshot = self.path(scene).suffix.lower() == ".hdf5"
-            raise ValueError(
-                '[units] with mass and length (or units = "code") is needed for a body of kind table, whose file '
-                'states no units; a table in SI takes units = "SI", and '
-                + (
-                    'a snapshot in those of GADGET [units] mass = "1e10 Msun", length = "1 kpc" and [body] '
-                    'velocity_unit = "1 km/s".'
-                    if snapshot
-                    else 'heads of CSV columns may have units: "x (km)".'
-                )
+        if scene.units not in (None, "SI"):
+            return
+        from astroinertia.sph.table import units_for  # only where there is a file to open
+
+        tables = [body for body in (scene.bodies or (scene.body,)) if isinstance(body, TableBody)]
+        path = next(
+            (path for path in (table.path(scene) for table in tables) if units_for(path, scene.units == "SI") is None),
+            self.path(scene),
+        )
+        snapshot = path.suffix.lower() == ".hdf5"
+        raise ValueError(
+            '[units] with mass and length (or units = "code") is needed for a body of kind table, whose file '
+            f'{readable(path.name)} states no units; a table in SI takes units = "SI", and '
+            + (
+                'a snapshot in those of GADGET [units] mass = "1e10 Msun", length = "1 kpc" and [body] '
+                'velocity_unit = "1 km/s".'
+                if snapshot
+                else 'heads of CSV columns may have units: "x (km)".'
             )
+        )
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """What is in its file."""

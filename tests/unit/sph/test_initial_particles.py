@@ -286,7 +286,7 @@ def test_several_tables_need_no_units_where_each_states_its_own_or_all_are_in_si
         radius = 1e3 * np.linalg.norm(PLACES[:, 1:] - centre, axis=1).max()
         assert code_units(stated).length == pytest.approx(radius, rel=1e-9)
         assert code_units(loads(resolved_text(stated))) == code_units(stated)  # without the files
-    with pytest.raises(SceneError, match='whose file states no units; a table in SI takes units = "SI"'):
+    with pytest.raises(SceneError, match=r'whose file si\.csv states no units; a table in SI takes units = "SI"'):
         scene("", "heads.csv", "si.csv")
 
 
