@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.build.spin import breakup_rate
-from astroinertia.costs import flows, shells
+from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
 from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
@@ -181,7 +181,9 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
         return NOT_KNOWN
     sphere = sphere_of(scene)
     if sphere.settled:
-        times, sizes = contraction(sphere, end)
+        tide, index = scene.effects.get("tide"), getattr(body, "index", None)
+        torn_apart = torn.grown(tide, code_units(scene), index, _initial(scene).mass, sphere.size, end)
+        times, sizes = contraction(sphere, end) if torn_apart is None else torn_apart
     else:
         times, sizes = course(sphere, end)
         falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)

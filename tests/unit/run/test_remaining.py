@@ -23,7 +23,7 @@ def test_it_is_as_predicted_at_first_and_by_the_pace_soon():
     assert begun.left(5.0 + 200.0 * TRUSTED, 0.02 + 0.5 * TRUSTED, 100.0) == pytest.approx(
         (0.98 - 0.5 * TRUSTED) * (0.5 * 400.0 + 0.5 * 100.0)
     )
-    assert begun.left(85.0, 0.22, 100.0) == pytest.approx(0.78 * 400.0)
+    assert begun.left(145.0, 0.37, 100.0) == pytest.approx(0.63 * 400.0)  # beyond the share that is trusted
     assert begun.left(9.0, 0.03, math.nan) == pytest.approx(0.97 * 400.0)
 
 
