@@ -1,4 +1,4 @@
-"""Where the companions of a body are at any time, for compiled code: polynomials through the orbits that REBOUND finds.
+"""Where the companions of a body are at any time, for compiled code: polynomials through orbits, mostly of REBOUND.
 
 Every segment of time has one polynomial of degree 17 a coordinate, in Chebyshev form, that meets REBOUND's positions
 and velocities at nine points, the ends among them, as in the ephemerides of the Jet Propulsion Laboratory (Newhall
@@ -7,6 +7,7 @@ bend fast; eight more points in each of them measure the error.
 """
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -44,7 +45,7 @@ class Ephemeris:
     `segment` (T,) is the number of the segment at the beginning of each of T equal parts of the time, none of which
     meets more than two; `middle` and `half_length` (S,) are those of the segments, and `coefficients` (S, 18, N, 3)
     multiply Chebyshev polynomials of (t - middle)/half_length. `error` is the largest distance of a companion, at the
-    points of the check, from where REBOUND has it, over its distance from the body.
+    points of the check, from where its orbit has it, over its distance from the body.
     """
 
     start: Array
@@ -97,7 +98,35 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
     if not span > 0.0:
         raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
     fit = _segments(bodies, span, _allowed(bodies, tolerance))
-    return _table(bodies, start, end, start + fit.middle, fit.half_length, fit.coefficients, fit.error)
+    return _of_bodies(bodies, start, end, start + fit.middle, fit.half_length, fit.coefficients, fit.error)
+
+
+def ephemeris_of(
+    states: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: float, end: float,
+    masses: Mapping[str, float], tolerance: float = _TOLERANCE_ARCHIVE,
+) -> Ephemeris:  # fmt: skip
+    """The orbits that a function knows: positions and velocities (T, N, 3) relative to the body at times (T,).
+
+    masses: of the N companions, by their names. ValueError and NumericalError as in `ephemeris`. Checked by
+    tests/unit/rotation/test_ephemeris.py.
+
+    >>> circle = lambda t: np.stack([np.cos(t), np.sin(t), 0 * t], -1)[:, None]
+    >>> orbit = ephemeris_of(lambda t: (circle(t), circle(t + np.pi / 2)), 0.0, 20.0, {"moon": 0.01})
+    >>> print(orbit.position(np.array([3.0])).round(6))
+    [[[-0.989992  0.14112   0.      ]]]
+    """
+    if not masses:
+        raise ValueError("an ephemeris needs a companion")
+    if not end > start:
+        raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
+    place, speed = states(np.array([start]))
+    shortest = float(np.min(np.linalg.norm(place, axis=-1) / np.linalg.norm(speed, axis=-1)))
+    level = max(0, math.ceil(math.log2((end - start) / (_FIRST * shortest))))
+    fit = _adapted(_Known(states, start), end - start, tolerance, level)
+    return _table(
+        list(masses), np.array(list(masses.values())), start, end, start + fit.middle, fit.half_length,
+        fit.coefficients, fit.error,
+    )  # fmt: skip
 
 
 def archive_ephemeris(
@@ -137,7 +166,20 @@ def archive_ephemeris(
     half_length, coefficients = (
         np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("half_length", "coefficients")
     )
-    return _table(first, 0.0, end, middle, half_length, coefficients, worst)
+    return _of_bodies(first, 0.0, end, middle, half_length, coefficients, worst)
+
+
+class _Known:
+    """Orbits of a function of time, as `_adapted` asks for them: see orbits.dense."""
+
+    def __init__(self, states: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: float) -> None:
+        self._states, self._start = states, start
+
+    def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self._states(self._start + times)
+
+    def leave(self, time: float) -> None:
+        self._start += time
 
 
 class _Segments(NamedTuple):
@@ -159,11 +201,12 @@ def _allowed(bodies: Any, tolerance: float | None) -> float:
 def _segments(bodies: Any, span: float, allowed: float) -> _Segments:
     # Only here: what reads an ephemeris does without REBOUND.
     from astroinertia.orbits import states
+    from astroinertia.orbits.dense import DenseOrbits
 
     level = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
     if str(bodies.integrator) == "whfast":
         return _alike(bodies, span, allowed, level)
-    return _adapted(bodies, span, allowed, level)
+    return _adapted(DenseOrbits(bodies), span, allowed, level)
 
 
 def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
@@ -187,13 +230,11 @@ def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
     raise AssertionError  # _refuse_more has raised
 
 
-def _adapted(bodies: Any, span: float, allowed: float, first: int) -> _Segments:
+def _adapted(orbits: Any, span: float, allowed: float, first: int) -> _Segments:
     """Segments that are halved and doubled on the way."""
-    from astroinertia.orbits.dense import DenseOrbits
-
-    orbits, level = DenseOrbits(bodies), first
+    level = first
     number, worst, parts = 0, 0.0, []
-    place = np.empty((1, bodies.N - 1, 3))
+    place = np.empty((1, 0, 3))
     while number < 2**level:
         length = span / 2**level
         place, speed = orbits.at(length * _SHARES)
@@ -216,12 +257,16 @@ def _joined(parts: list[tuple[int, int, np.ndarray]], span: float, worst: float,
     return _Segments(middle, half_length, np.array([coefficients for *_, coefficients in parts]), worst, end)
 
 
-def _table(
-    bodies: Any, start: float, end: float, middle: np.ndarray, half_length: np.ndarray, coefficients: np.ndarray,
-    error: float,
-) -> Ephemeris:  # fmt: skip
+def _of_bodies(bodies: Any, *fitted: Any) -> Ephemeris:
     from astroinertia.orbits import states
 
+    return _table(states.names(bodies)[1:], states.masses(bodies)[1:], *fitted)
+
+
+def _table(
+    names: list[str], mass: np.ndarray, start: float, end: float, middle: np.ndarray, half_length: np.ndarray,
+    coefficients: np.ndarray, error: float,
+) -> Ephemeris:  # fmt: skip
     parts = max(1, math.ceil((end - start) / (2.0 * half_length.min()) * (1.0 - 1e-9)))
     _refuse_more(8.0 * parts, 0, error, error)
     opening = start + (end - start) / parts * np.arange(parts)
@@ -232,9 +277,9 @@ def _table(
         middle=middle,
         half_length=half_length,
         coefficients=coefficients,
-        mass=states.masses(bodies)[1:],
+        mass=mass,
         error=np.float64(error),
-        names=tuple(states.names(bodies)[1:]),
+        names=tuple(names),
     )
 
 

@@ -8,6 +8,8 @@ higher harmonics) is added by name and source. And the Earth's free wobble, with
 Tests: tests/physics/test_precession.py.
 """
 
+from pathlib import Path
+
 import jax
 import numpy as np
 import xarray as xr
@@ -15,10 +17,11 @@ import xarray as xr
 from astroinertia.bodies.planets import body
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation import precession as formulae, wobble
+from astroinertia.rotation import precession as formulae, spice, wobble
 from astroinertia.rotation.ephemeris import Ephemeris
 from astroinertia.rotation.harmonic_fit import HarmonicFit, harmonic_fit
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
+from astroinertia.rotation.spice import Kernels
 from astroinertia.studies import turning_planets
 from astroinertia.studies.turning_planets import Planet
 
@@ -48,7 +51,9 @@ _MARS_MOONS = ((7.087e5, 9375e3), (9.62e4, 23458e3))
 
 
 @with_quantities(years="yr")
-def precession(name: str = "Earth", years: float | None = None, steps_per_day: int = _STEPS_PER_DAY) -> xr.Dataset:
+def precession(
+    name: str = "Earth", years: float | None = None, steps_per_day: int = _STEPS_PER_DAY, kernels: Kernels = ()
+) -> xr.Dataset:
     """Return the integrated precession and nutation of "Earth" or "Mars", with formulae, corrections and differences.
 
     Along `time` (s from J2000): `longitude` by which the equator's node has gone back, and `obliquity`, on the fixed
@@ -60,14 +65,16 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
     `general_precession_rate` and `general_precession_period`; for Mars, whose C/(M a^2) is that of a later analysis
     than the published rate, the `polar_moment_ratio` that this rate asks for, and its `polar_moment_ratio_error`.
     years: whole length, J2000 in its middle: 74.4 (four turns of the Moon's node) or 37.6 (twenty years of Mars) unless
-    given. SceneError for another planet, for less than a quarter of that, and for less than a step a day.
+    given. kernels: files of SPICE (extra `spice`); a PCK gives the pole and the rate of rotation at J2000, an SPK the
+    orbits, and attributes say so. SceneError for another planet, for less than a quarter of that span, for less than a
+    step a day, and for kernels without what is needed.
     Checked by tests/physics/test_precession.py.
     """
     if name not in _PLANETS:
         raise SceneError(
             f"the precession of {name} is not known here; take {' or '.join(_PLANETS)}, or own_precession.precession_of"
         )
-    planet = _PLANETS[name]()
+    planet = _PLANETS[name](kernels)
     span, least = planet.span if years is None else years * JULIAN_YEAR, _SHORTEST * planet.span
     if not least <= span < np.inf or steps_per_day < 1:
         raise SceneError(
@@ -82,7 +89,7 @@ def precession(name: str = "Earth", years: float | None = None, steps_per_day: i
         rates = {"all": motion.rate}
         for part, names in planet.parts.items():
             rates[part] = _followed(planet, turning_planets.torque_of(orbits, names), start, steps_per_day)[1].rate
-        dataset = _dataset(planet, angles, rates, motion, tilt)
+        dataset = _dataset(planet, angles, rates, motion, tilt).assign_attrs(_origins(name, kernels))
         return (_of_the_earth if name == "Earth" else _of_mars)(dataset, planet, orbits, motion, tilt)
 
 
@@ -180,6 +187,16 @@ def _dataset(
         {"time": ("time", times, _attributes("s", "time from J2000")), "part": list(rates)},
         {"title": f"precession of {planet.name}, integrated", "body": planet.name},
     )  # fmt: skip
+
+
+def _origins(name: str, kernels: Kernels) -> dict[str, str]:
+    """What of the motion is from kernels, with the files' names; nothing without any."""
+    if not kernels:
+        return {}
+    files = [kernels] if isinstance(kernels, str | Path) else kernels
+    said = f"SPICE: {', '.join(Path(file).name for file in files)}"
+    found = {"orientation": spice.has_orientation(kernels, name), "orbits": spice.has_orbits(kernels)}
+    return {key: said for key, there in found.items() if there}
 
 
 def _formula(planet: Planet) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """The Earth and Mars as rigid bodies under Sun, Moon and planets: what they are, and how their axes move.
 
-Orbits: REBOUND from where all were at J2000, forwards and backwards, tabulated (`rotation.ephemeris`). Rotation: the
+Orbits: REBOUND from where all were at J2000, forwards and backwards, tabulated (`rotation.ephemeris`), or those of
+SPICE kernels (`rotation.spice`), which may give the pole and the rate of rotation, too. Rotation: the
 `rigid` model with the effect gravity_gradient in steps by splitting. Tests: tests/physics/test_precession.py.
 """
 
@@ -18,6 +19,7 @@ from astroinertia.effects.gravity_gradient import GravityGradient
 from astroinertia.integrate import rigid_splitting
 from astroinertia.models.rigid import body as rigid
 from astroinertia.orbits.simulation import Companion, simulation
+from astroinertia.rotation import spice
 from astroinertia.rotation.attitude import quaternion
 from astroinertia.rotation.ephemeris import Ephemeris, ephemeris
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
@@ -53,6 +55,7 @@ _MARS_YEARS, _MARS_HARMONICS = 20, 6
 class Planet(NamedTuple):
     """A planet that turns, SI: others are relative to it, in axes in which its pole is (0, sin, cos)(obliquity).
 
+    axes (3, 3): those axes as rows in ICRF axes. kernels: of SPICE, whose orbits the others follow; none: REBOUND's.
     parts: names of the bodies whose torque is looked at alone; frequencies and phases (J,) of the terms of its motion;
     span: the length of time in which they are separated well; every: time between records.
     """
@@ -68,20 +71,30 @@ class Planet(NamedTuple):
     phases: np.ndarray
     span: float
     every: float
+    axes: np.ndarray
+    kernels: spice.Kernels
 
 
-def earth() -> Planet:
+def earth(kernels: spice.Kernels = ()) -> Planet:
     """The Earth, on the mean ecliptic and equinox of J2000, with the H of the IERS.
+
+    kernels: of SPICE; what they have of pole, spin and orbits takes the place of the tables'.
 
     >>> print(f"{np.degrees(earth().obliquity):.2f}")
     23.44
     """
-    planet, others = body("Earth"), j2000.states("Earth")
+    planet = body("Earth")
+    axes, obliquity, spin_rate = j2000.ecliptic_axes(), j2000.MEAN_OBLIQUITY, planet.angular_velocity
+    if kernels and spice.has_orientation(kernels, "Earth"):
+        turning = spice.orientation(kernels, "Earth")
+        (axes, obliquity), spin_rate = _axes_between(turning.pole, axes[2]), turning.spin_rate
+    others, orbit_kernels = _others("Earth", kernels)
+    others = {name: _turned(one, axes) for name, one in others.items()}
     return Planet(
         name="Earth",
         ellipticity=planet.value("dynamical_ellipticity"),
-        spin_rate=planet.angular_velocity,
-        obliquity=j2000.MEAN_OBLIQUITY,
+        spin_rate=spin_rate,
+        obliquity=obliquity,
         parameter=j2000.EARTH_PARAMETER,
         others=others,
         parts={"Sun": ("Sun",), "Moon": ("Moon",), "planets": tuple(set(others) - {"Sun", "Moon"})},
@@ -89,11 +102,15 @@ def earth() -> Planet:
         phases=_EARTH_TERMS @ _ARGUMENTS,
         span=_NODE_TURNS * 2 * np.pi / abs(_ARGUMENT_RATES[-1]),
         every=5 * DAY,
+        axes=axes,
+        kernels=orbit_kernels,
     )
 
 
-def mars() -> Planet:
+def mars(kernels: spice.Kernels = ()) -> Planet:
     """Mars, on its own orbit of J2000, with the published J2 and C/(M a^2), both for the radius of J2.
+
+    kernels: as for `earth`.
 
     >>> print(f"{mars().ellipticity:.5f}")  # J2 over C/(M a^2)
     0.00537
@@ -105,19 +122,20 @@ def mars() -> Planet:
         np.cos(declination) * np.cos(right_ascension), np.cos(declination) * np.sin(right_ascension),
         np.sin(declination),
     ])  # fmt: skip
-    sun = j2000.states("Mars", np.eye(3))["Sun"]
-    normal = np.cross(sun.position, sun.velocity)
-    normal /= np.linalg.norm(normal)
-    node = np.cross(pole, normal)
-    tilt = np.arctan2(np.linalg.norm(node), pole @ normal)
-    node /= np.linalg.norm(node)
-    others = j2000.states("Mars", np.array([node, np.cross(normal, node), normal]))
+    spin_rate = planet.angular_velocity
+    if kernels and spice.has_orientation(kernels, "Mars"):
+        turning = spice.orientation(kernels, "Mars")
+        pole, spin_rate = turning.pole, turning.spin_rate
+    others, orbit_kernels = _others("Mars", kernels)
+    sun = others["Sun"]
+    axes, obliquity = _axes_between(pole, np.cross(sun.position, sun.velocity))
+    others = {name: _turned(one, axes) for name, one in others.items()}
     motion = 2 * np.pi / _MARS_YEAR
     return Planet(
         name="Mars",
         ellipticity=planet.zonal_harmonic(ratio.radius) / ratio.value,
-        spin_rate=planet.angular_velocity,
-        obliquity=float(tilt),
+        spin_rate=spin_rate,
+        obliquity=obliquity,
         parameter=planet.gravitational_parameter,
         others=others,
         parts={"Sun": ("Sun",), "planets": tuple(set(others) - {"Sun"})},
@@ -125,11 +143,18 @@ def mars() -> Planet:
         phases=np.zeros(_MARS_HARMONICS),
         span=_MARS_YEARS * _MARS_YEAR,
         every=10 * DAY,
+        axes=axes,
+        kernels=orbit_kernels,
     )
 
 
 def orbits(planet: Planet, span: float) -> Ephemeris:
     """Orbits relative to the planet over a time span (s) with J2000 in its middle; masses are GM, in m3 s-2."""
+    if planet.kernels:
+        masses = {name: one.gravitational_parameter for name, one in planet.others.items()}
+        return spice.orbits(
+            planet.kernels, planet.name, masses, (-0.5 * span, 0.5 * span), planet.axes, _ORBIT_TOLERANCE
+        )
     others = [
         Companion(name, one.gravitational_parameter, position=tuple(one.position), velocity=tuple(one.velocity))
         for name, one in planet.others.items()
@@ -171,6 +196,30 @@ def axis_history(
     (past, before), (future, after) = histories
     momenta = np.concatenate([before[:0:-1], after])
     return np.concatenate([past[:0:-1], future]), momenta / np.linalg.norm(momenta, axis=1, keepdims=True)
+
+
+def _axes_between(pole: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, float]:
+    """Axes (3, 3) as rows, x the node of the equator on the plane of a normal and z the normal; and the obliquity."""
+    normal = normal / np.linalg.norm(normal)
+    node = np.cross(pole, normal)
+    tilt = np.arctan2(np.linalg.norm(node), pole @ normal)
+    node /= np.linalg.norm(node)
+    return np.array([node, np.cross(normal, node), normal]), float(tilt)
+
+
+def _others(name: str, kernels: spice.Kernels) -> tuple[dict[str, j2000.State], spice.Kernels]:
+    """All others at J2000 in ICRF axes, and the kernels where these have the orbits."""
+    others = j2000.states(name, np.eye(3))
+    if not (kernels and spice.has_orbits(kernels)):
+        return others, ()
+    return {
+        other: j2000.State(one.gravitational_parameter, *spice.state(kernels, other, name))
+        for other, one in others.items()
+    }, kernels
+
+
+def _turned(one: j2000.State, axes: np.ndarray) -> j2000.State:
+    return j2000.State(one.gravitational_parameter, axes @ one.position, axes @ one.velocity)
 
 
 @jax.jit

@@ -104,6 +104,7 @@ INSIDES = {
 LONG = {
     *("bodies.apsidal.index_derivatives", "bodies.neutron_stars.sequence", "bodies.neutron_stars.stable_branch"),
     "rotation.secular_spin.spin_history",
+    "rotation.spice",  # needs kernels of the user's
     *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
     *("bodies.rotating_star.end_of_sequence", "bodies.rotating_star.rotating_star_with"),
     "rotation.break_up.polytropic_limit",
