@@ -120,11 +120,16 @@ class Gravity(Effect):
         from astroinertia.gravity import multipole
 
         acceleration = before.get("acceleration")
-        return multipole.sums(
-            fluid.mass, fluid.position, fluid.smoothing_length, self.force_error,
-            None if acceleration is None else multipole.strengths(acceleration), engine.workers, own, engine.precision,
-            virial, engine.together,
-        )  # fmt: skip
+        strength = None if acceleration is None else multipole.strengths(acceleration)
+        points = fluid.mass, fluid.position, fluid.smoothing_length
+        if virial:
+            return {
+                "virial": multipole.virial(*points, self.force_error, strength, engine.workers, own, engine.together)
+            }
+        acceleration, potential = multipole.gravity(
+            *points, None, self.force_error, strength, engine.workers, own, engine.precision, engine.together
+        )
+        return {"acceleration": acceleration, "potential": potential}
 
     def potential_energy(self, xp, fluid):
         """1/2 sum m Phi, with the particle's own softened potential in it."""

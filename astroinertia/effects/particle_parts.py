@@ -137,7 +137,7 @@ class ParticleParts:
     def own_sums(
         self, engine: Any, arrangement: Any, own: Any, fluid: Any, before: dict[str, Any], virial: bool
     ) -> dict[str, Any]:
-        """Sums that the effect takes by a method of its own, {output: array}; with `virial` also its V, (3, 3).
+        """Sums that the effect takes by a method of its own, {output: array}; with `virial` its V (3, 3) counts alone.
 
         arrangement: the engine's; own: what `arranged` made; before: the effect's sums of the evaluation before, {} on
         the first.

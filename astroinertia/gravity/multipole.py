@@ -80,7 +80,7 @@ def gravity(
     return totals
 
 
-def sums(
+def virial(
     mass: Any,
     position: Any,
     smoothing_length: Any,
@@ -88,25 +88,18 @@ def sums(
     strength: Any,
     threads: int,
     tree: Tree,
-    precision: str,
-    virial: bool,
     together: Alone = ALONE,
-) -> dict[str, np.ndarray]:
-    """What `gravity` finds of clamped points, by name; with `virial` also V = sum m x (x) a, (3, 3), symmetric.
+) -> np.ndarray:
+    """V = sum m x (x) a of clamped points, (3, 3), symmetric; arguments as of `gravity`.
 
-    V is that of another evaluation, CLOSER times as accurate and in float64, so that it tells whether accelerations are
-    what they should be.
+    It is that of an evaluation of its own, CLOSER times as accurate and in float64, so that it tells whether
+    accelerations are what they should be.
     """
-    particles = (mass, position, smoothing_length, None)
-    acceleration, potential = gravity(*particles, accuracy, strength, threads, tree, precision, together)
-    arrays = {"acceleration": acceleration, "potential": potential}
-    if virial:
-        closer, _ = gravity(
-            *particles, accuracy / CLOSER, strengths(acceleration), threads, tree, "float64", together
-        )  # fmt: skip
-        tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
-        arrays["virial"] = 0.5 * (tensor + tensor.T)
-    return arrays
+    closer, _ = gravity(
+        mass, position, smoothing_length, None, accuracy / CLOSER, strength, threads, tree, "float64", together
+    )
+    tensor = (np.asarray(mass)[:, None] * (position - np.mean(position, axis=0))).T @ closer
+    return 0.5 * (tensor + tensor.T)
 
 
 def strengths(acceleration: np.ndarray) -> np.ndarray:
