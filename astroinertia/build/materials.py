@@ -30,7 +30,23 @@ def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> "Tabula
     listed: tuple[Any, ...] = fluid.materials
     tables = [_table(material, origin) for material in listed]
     made = tabulated(tables, units.unit("density"), units.unit("specific_energy"))
-    return replace(made, condensed=any(material.tillotson is not None for material in listed))
+    made = replace(made, condensed=any(material.tillotson is not None for material in listed))
+    if fluid.boundary_pressure is None or len(listed) == 1:
+        return made
+    return replace(made, standards=_standards(made, units.to_code(fluid.boundary_pressure, "pressure")))
+
+
+def _standards(made: "Tabulated", pressure: float) -> np.ndarray:
+    # The densities that materials have at that pressure, each on its coldest isentrope.
+    from astroinertia.matter.interior import isentrope  # with JAX, which tables do without
+
+    standards = []
+    for number, name in enumerate(made.names):
+        try:
+            standards.append(float(isentrope(made, number, 0.0).density(pressure)))
+        except ValueError as error:
+            raise SceneError(f"[equation_of_state] boundary_pressure, {name}: {error}.") from None
+    return np.array(standards)
 
 
 class Equation(NamedTuple):

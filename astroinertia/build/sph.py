@@ -189,6 +189,8 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
             raise SceneError(
                 f"[effects.{effect.kind}] as it is set needs matter that can be warm, an ideal or hybrid gas."
             )
+    if getattr(matter, "standards", None) is not None:
+        effects = tuple(_of_volumes(effect) for effect in effects)
     problem = Problem(
         effects=effects,
         equation_of_state=matter,
@@ -202,6 +204,13 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
         smoothing_tolerance=numerics.smoothing_tolerance,
     )
     return problem, initial
+
+
+def _of_volumes(effect: Any) -> Any:
+    try:
+        return effect.of_volumes
+    except ValueError as error:
+        raise SceneError(f"[effects.{effect.kind}] {error}") from None
 
 
 def engine_of(name: str, precision: str, kernel: str) -> Any:

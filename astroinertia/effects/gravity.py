@@ -14,6 +14,7 @@ from astroinertia.gravity.clamped_points import POINTS, SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.sph.fourth_order import smoothed
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.standard_volumes import weighed
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -21,7 +22,20 @@ def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
     return (0.5 * (zeta_over_omega_i * dW_i + zeta_over_omega_j * dW_j),)
 
 
+def softening_pair_of_volumes(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j, volume_i, volume_j):
+    """The same where densities are sums of standard volumes (sph.standard_volumes)."""
+    return (0.5 * (zeta_over_omega_i * volume_j * dW_i + zeta_over_omega_j * volume_i * dW_j),)
+
+
+def response_pair(xp, r, phi_i, dphi_i):
+    """-h dphi/dh."""
+    return (phi_i + r * dphi_i,)
+
+
 SOFTENING = PairTerm("gravity", softening_pair, (Output("acceleration", "central"),))
+
+SOFTENING_OF_VOLUMES = PairTerm("gravity", softening_pair_of_volumes, SOFTENING.outputs)
+RESPONSE = PairTerm("gravity", response_pair, (Output("response", "sum"),))
 
 
 @pytree
@@ -37,6 +51,9 @@ class Gravity(Effect):
     rms of |da|/|a| by multipoles. softening: the smoothing length of all particles, which then stays as it is and needs
     no neighbours; the second sum is nil. None: lengths follow the density.
 
+    volumes: whether densities are sums of standard volumes, which problems know (sph.standard_volumes); zeta is then
+    sum_j m_j (phi + r phi')/(3 rho), of the pass before the forces.
+
     order "fourth" adds -pi sum_i m_i s h_i^2 rho_i to the potential energy, s h^2 the kernel's second moment along an
     axis, and what follows from it to zeta, -2/3 pi s h^2. That is what softening takes from the binding energy in
     leading order: a potential softened by W is Phi + (s h^2/2) lap Phi, lap Phi = 4 pi rho (Dehnen 2001, MNRAS 324,
@@ -47,6 +64,7 @@ class Gravity(Effect):
     force_error: float = FORCE_ERROR
     softening: Any = None
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
+    volumes: bool = field(default=False, metadata={"static": True})
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
@@ -60,8 +78,18 @@ class Gravity(Effect):
 
     @property
     def needs_zeta(self):
-        """Where the softening adapts."""
-        return self.softening is None
+        """Where the softening adapts and the density pass, which weighs particles by mass, can sum it up."""
+        return self.softening is None and not self.volumes
+
+    @property
+    def of_volumes(self):
+        """The same softening by lengths that follow from standard volumes."""
+        return replace(self, volumes=True)
+
+    @property
+    def gradient_terms(self):
+        """How potentials change with the length, where that follows from standard volumes and not from mass."""
+        return (RESPONSE,) if self.softening is None and self.volumes else ()
 
     @property
     def fixed_length(self):
@@ -76,7 +104,7 @@ class Gravity(Effect):
     @property
     def neighbour_terms(self):
         """The term of a softening that adapts, and what softening changes where points are summed."""
-        adapting = (SOFTENING,) if self.softening is None else ()
+        adapting = (SOFTENING_OF_VOLUMES if self.volumes else SOFTENING,) if self.softening is None else ()
         return (*adapting, SOFTENED_LESS_POINT) if self.method in ("multipole", "points") else adapting
 
     @property
@@ -89,9 +117,18 @@ class Gravity(Effect):
         if self.softening is not None:
             return {}
         unbiased = fluid.zeta
+        if self.volumes:
+            unbiased = fluid.gradients[self.kind]["response"] / (3.0 * self.kernel_density(xp, fluid))
         if self.order == "fourth":
             unbiased = unbiased - 2.0 / 3.0 * math.pi * KERNELS[fluid.kernel].variance * fluid.smoothing_length**2
-        return {"zeta_over_omega": unbiased / fluid.grad_h}
+        own = {"zeta_over_omega": unbiased / fluid.grad_h}
+        return weighed(own, fluid.standard_density, "zeta_over_omega") if self.volumes else own
+
+    def kernel_density(self, xp, fluid):
+        """The density that the smoothing length follows."""
+        if fluid.contrast is None:
+            return fluid.density
+        return elementwise(xp, smoothed, fluid.density, fluid.contrast)[0]
 
     def arranged(self, engine, arrangement, state):
         """The tree that expansions are made on, and in the xla engine all interactions."""
@@ -135,9 +172,7 @@ class Gravity(Effect):
         """1/2 sum m Phi, with the particle's own softened potential in it."""
         potential = fluid.sums["gravity"]["potential"]
         if self.order == "fourth":
-            density = fluid.density
-            if fluid.contrast is not None:
-                (density,) = elementwise(xp, smoothed, density, fluid.contrast)
+            density = self.kernel_density(xp, fluid)
             second_moment = KERNELS[fluid.kernel].variance * fluid.smoothing_length**2
             potential = potential - 2.0 * math.pi * second_moment * density
         return 0.5 * xp.sum(fluid.mass * potential)

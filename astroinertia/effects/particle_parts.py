@@ -68,6 +68,11 @@ class ParticleParts:
         return self
 
     @property
+    def of_volumes(self) -> Self:
+        """The effect where densities are sums of standard volumes (sph.standard_volumes)."""
+        return self
+
+    @property
     def gradient_terms(self) -> tuple[PairTerm, ...]:
         """Pair terms of the pass before the forces, over neighbours."""
         return ()

@@ -12,6 +12,7 @@ from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
+from astroinertia.sph.standard_volumes import weighed
 
 CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
 LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
@@ -45,6 +46,26 @@ def curved_pair(xp, r, v_r, i: Side, j: Side):
     mine = i.slope_weight * i.dW + i.curvature_weight * r * i.d2W
     other = j.slope_weight * j.dW + j.curvature_weight * r * j.d2W
     return mine + other, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
+
+
+def pressure_pair_of_volumes(
+    xp, v_r, dW_i, dW_j, pressure_weight_i, pressure_weight_j, volume_i, volume_j, sound_speed_i, sound_speed_j
+):
+    """The same where densities are sums of standard volumes (sph.standard_volumes)."""
+    push = pressure_weight_i * volume_j * dW_i + pressure_weight_j * volume_i * dW_j
+    return push, 0.5 * (sound_speed_i + sound_speed_j) + xp.abs(v_r)
+
+
+def curved_pair_of_volumes(xp, r, v_r, i: Side, j: Side, volume_i, volume_j):
+    """That of fourth order."""
+    mine = i.slope_weight * i.dW + i.curvature_weight * r * i.d2W
+    other = j.slope_weight * j.dW + j.curvature_weight * r * j.d2W
+    return volume_j * mine + volume_i * other, 0.5 * (i.sound_speed + j.sound_speed) + xp.abs(v_r)
+
+
+def curvature_pair_of_volumes(xp, r, d2W_i, volume_j):
+    """C over the standard density."""
+    return (volume_j * r * r * d2W_i,)
 
 
 def curvature_pair(xp, r, d2W_i):
@@ -106,6 +127,10 @@ CURVED = PairTerm("pressure", curved_pair, PRESSURE.outputs)
 INTEGRAL = PairTerm("pressure", integral_pair, (PRESSURE.outputs[0], Output("heating", "sum"), PRESSURE.outputs[1]))
 MOMENT = PairTerm("pressure", moment_pair, (Output("moment", "outer", of="position"),))
 CURVATURE = PairTerm("pressure", curvature_pair, (Output("curvature", "sum"),))
+OF_VOLUMES = PairTerm("pressure", pressure_pair_of_volumes, PRESSURE.outputs)
+CURVED_OF_VOLUMES = PairTerm("pressure", curved_pair_of_volumes, PRESSURE.outputs)
+CURVATURE_OF_VOLUMES = PairTerm("pressure", curvature_pair_of_volumes, CURVATURE.outputs)
+WEIGHTS = ("pressure_weight", "slope_weight", "curvature_weight")
 PUSH = tuple(f"push_{axes}" for axes in Symmetric._fields)
 
 
@@ -116,7 +141,8 @@ class Pressure(Effect):
 
     Springel & Hernquist (2002, MNRAS 333, 649), eq. 18. It follows from the Lagrangian with u(rho, A): its potential is
     the internal energy, which the model keeps. order: of the error of the density in the smoothing length; "fourth"
-    leaves out what smoothing adds to the density, and its force follows from that (sph.fourth_order).
+    leaves out what smoothing adds to the density, and its force follows from that (sph.fourth_order). volumes: whether
+    densities are sums of standard volumes, which problems know (sph.standard_volumes).
 
     gradients "integral": in place of dW_i/Omega_i there is
 
@@ -138,6 +164,7 @@ class Pressure(Effect):
 
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
     gradients: Literal["kernel", "integral"] = field(default="kernel", metadata={"static": True})
+    volumes: bool = field(default=False, metadata={"static": True})
 
     kind: ClassVar[str] = "pressure"
     central: ClassVar[bool] = True
@@ -160,6 +187,13 @@ class Pressure(Effect):
         return replace(self, gradients="kernel")
 
     @property
+    def of_volumes(self):
+        """The same for densities that are sums of standard volumes."""
+        if self.gradients == "integral":
+            raise ValueError('gradients = "integral" has no sharp boundaries; leave it or boundary_pressure away.')
+        return replace(self, volumes=True)
+
+    @property
     def needs_contrast(self):
         """Where densities are of fourth order."""
         return self.order == "fourth"
@@ -169,36 +203,43 @@ class Pressure(Effect):
         """The curvature of the kernel's sum, where densities are of fourth order; or the moment matrix."""
         if self.gradients == "integral":
             return (MOMENT,)
-        return (CURVATURE,) if self.order == "fourth" else ()
+        if self.order == "second":
+            return ()
+        return (CURVATURE_OF_VOLUMES,) if self.volumes else (CURVATURE,)
 
     @property
     def neighbour_terms(self):
         """The pressure gradient, and the signal of the time step."""
         if self.gradients == "integral":
             return (INTEGRAL,)
-        return (CURVED,) if self.order == "fourth" else (PRESSURE,)
+        if self.order == "fourth":
+            return (CURVED_OF_VOLUMES,) if self.volumes else (CURVED,)
+        return (OF_VOLUMES,) if self.volumes else (PRESSURE,)
 
     def gradient_fields(self, xp, fluid):
         """What volumes are made of, for the moment matrix."""
+        if self.order == "fourth" and self.volumes:
+            return {"volume": 1.0 / fluid.standard_density}
         return {"density": fluid.density, "pressure": fluid.pressure} if self.gradients == "integral" else {}
 
     def fields(self, xp, fluid):
         """P/(Omega rho^2), or the two weights of sph.fourth_order, or what the matrix makes; and the speed of sound."""
-        if self.order == "fourth":
-            slope, curvature = elementwise(
-                xp, weights, fluid.pressure, fluid.density, fluid.contrast, fluid.grad_h,
-                fluid.gradients[self.kind]["curvature"],
-            )  # fmt: skip
-            return {"slope_weight": slope, "curvature_weight": curvature, "sound_speed": fluid.sound_speed}
-        own = {
-            "pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0],
-            "sound_speed": fluid.sound_speed,
-        }
+        own = self.weights(xp, fluid) | {"sound_speed": fluid.sound_speed}
         if self.gradients == "integral":
             moment = fluid.gradients[self.kind]["moment"]
             push = elementwise(xp, pushes, moment, fluid.pressure, fluid.density)
             own |= {"density": fluid.density, "pressure": fluid.pressure, **dict(zip(PUSH, push, strict=True))}
-        return own
+        return weighed(own, fluid.standard_density, *WEIGHTS) if self.volumes else own
+
+    def weights(self, xp, fluid):
+        """Of the slopes of the kernel, and of its curvature where densities are of fourth order."""
+        if self.order == "second":
+            return {"pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0]}
+        curvature = fluid.gradients[self.kind]["curvature"]
+        if self.volumes:
+            curvature = fluid.standard_density * curvature
+        both = elementwise(xp, weights, fluid.pressure, fluid.density, fluid.contrast, fluid.grad_h, curvature)
+        return dict(zip(("slope_weight", "curvature_weight"), both, strict=True))
 
     def timestep(self, xp, fluid):
         """Sound crosses the smoothing length, and neighbours do not move far apart or together: h/v_signal."""

@@ -232,8 +232,9 @@ class Tabulated:
     """Materials by their tables of isentropes.
 
     coefficients: (materials * rows * columns,) of the splines; numbers: (materials * NUMBERS,); material: which of them
-    particles are of, (N,) or one for all; condensed: whether some are known to be solids or liquids. Methods are those
-    of the module eos, of particles (N,).
+    particles are of, (N,) or one for all; condensed: whether some are known to be solids or liquids; standards:
+    (materials,), the densities that materials have at one pressure, where their boundaries are sharp
+    (sph.standard_volumes). Methods are those of the module eos, of particles (N,).
     """
 
     coefficients: Array
@@ -243,13 +244,15 @@ class Tabulated:
     columns: int = field(metadata={"static": True})
     material: Array = 0.0
     condensed: bool = field(default=False, metadata={"static": True})
+    standards: Array | None = None
     thermal: ClassVar[bool] = True
     curved: ClassVar[bool] = True
 
     def __repr__(self) -> str:
         """The names and a digest of the tables: what a cache may go by."""
         digest = hashlib.sha256(np.asarray(self.coefficients).tobytes() + np.asarray(self.numbers).tobytes())
-        return f"Tabulated({', '.join(self.names)}; {digest.hexdigest()[:32]})"
+        sharp = "" if self.standards is None else f"; {np.asarray(self.standards).tolist()}"
+        return f"Tabulated({', '.join(self.names)}; {digest.hexdigest()[:32]}{sharp})"
 
     def of(self, material: Array) -> "Tabulated":
         """The equation of state of particles (N,) of the materials of those numbers."""

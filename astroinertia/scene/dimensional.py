@@ -148,6 +148,7 @@ AngularMomentum = Annotated[
 SpecificEnergy = Annotated[
     float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy", _NOT_NEGATIVE)
 ]
+Pressure = Annotated[float, BeforeValidator(_validator("pressure", _NOT_NEGATIVE)), Quantity("pressure", _NOT_NEGATIVE)]
 VelocityGradient = Annotated[
     float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient", _ANY)
 ]

@@ -229,7 +229,7 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
     lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
     for name, value in chosen:
-        if name == "kind":
+        if name == "kind" or value is None:
             continue
         if name == "materials":
             lines += [Line(row.name, row.tillotson or row.file, _material(scene, row)) for row in value]

@@ -16,7 +16,8 @@ class Fluid:
 
     velocity is the one predicted for this instant where a step is under way. grad_h is Omega and zeta the softening
     correction of Price & Monaghan (2007, MNRAS 374, 1347), None where nothing is softened. contrast is that of a
-    density of fourth order (sph.fourth_order), None where it is the kernel's. acceleration is the total of the
+    density of fourth order (sph.fourth_order), None where it is the kernel's; standard_density, that of its material
+    where densities are sums of standard volumes (sph.standard_volumes), else None. acceleration is the total of the
     evaluation before. internal_energy is specific, thermal_energy its part above the cold curve. gradients and sums
     hold {effect: {output: array}} of the passes made so far; memory holds what effects evolve for themselves; points
     {effect: point masses} are beside the fluid (gravity.point_masses.PointMasses, rotation.on_orbits.OnOrbits). body is
@@ -44,6 +45,7 @@ class Fluid:
     points: dict[str, Any] = field(default_factory=dict)
     body: Whole | None = None
     contrast: Array | None = None
+    standard_density: Array | None = None
 
     @property
     def point_masses(self) -> list[Any]:

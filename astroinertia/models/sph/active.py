@@ -25,9 +25,10 @@ Array = Any
 THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
 OF_A_FLUID = (
     "mass", "position", "entropy", "smoothing_length", "density", "grad_h", "zeta", "pressure", "sound_speed",
-    "internal_energy", "thermal_energy", "acceleration", "contrast",
+    "internal_energy", "thermal_energy", "acceleration", "contrast", "standard_density",
 )  # fmt: skip
-OPTIONAL = ("zeta", "contrast")  # of these
+SOLVED = ("zeta", "contrast")  # of these, where there are any
+OPTIONAL = (*SOLVED, "standard_density")
 PER_PARTICLE = (
     "identity", "mass", "position", "remainder", "velocity", "entropy", "smoothing_length", "material",
 )  # fmt: skip
@@ -247,7 +248,7 @@ def find_densities(block: BlockStep, active: Array) -> None:
         now = elementwise(np, advanced, entropy, rate, since)[0]
     values = dict(zip(THERMAL, eos.state(np, solved.density, now), strict=True))
     values |= {"smoothing_length": solved.smoothing_length, "density": solved.density, "grad_h": solved.grad_h}
-    values |= {name: array for name in OPTIONAL if (array := getattr(solved, name)) is not None}
+    values |= {name: array for name in SOLVED if (array := getattr(solved, name)) is not None}
     for name, array in values.items():
         block.put(name, active, array)
 

@@ -17,7 +17,7 @@ from astroinertia.models.sph import points
 from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, exchange_of
 from astroinertia.models.sph.kick_drift import predicted
 from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
-from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
+from astroinertia.models.sph.state import Arrangement, Problem, Rates, State, rows
 from astroinertia.sph.density import Density, density, own_share
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.fourth_order import sharpened
@@ -46,6 +46,7 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
         grad_h=solved.grad_h,
         zeta=solved.zeta,
         contrast=solved.contrast,
+        standard_density=problem.standard_density(state.material),
         pressure=pressure,
         sound_speed=sound_speed,
         internal_energy=internal_energy,
@@ -87,10 +88,14 @@ def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = N
 def densities(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Density:
     """Smoothing lengths, densities and their gradient factors; densities of fourth order where an effect needs them."""
     softening = any(effect.needs_zeta for effect in problem.effects)
+    standard = problem.standard_density(state.material)
+    counted = state.mass if standard is None else state.mass / standard
     solved = density(
-        problem.engine, pairs, problem.kernel, state.position, state.mass, state.smoothing_length,
+        problem.engine, pairs, problem.kernel, state.position, counted, state.smoothing_length,
         problem.eta, problem.smoothing_tolerance, softening, targets, problem.fixed_length,
     )  # fmt: skip
+    if standard is not None:
+        solved = replace(solved, density=rows(standard, targets) * solved.density)
     if not any(effect.needs_contrast for effect in problem.effects):
         return solved
     xp = problem.engine.xp

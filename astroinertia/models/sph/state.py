@@ -43,6 +43,11 @@ class Problem:
         """The smoothing length that an effect asks all particles to keep; None where lengths follow the density."""
         return next((length for effect in self.effects if (length := effect.fixed_length) is not None), None)
 
+    def standard_density(self, material: Array | None) -> Array | None:
+        """That of particles of those materials (N,) where densities are sums of standard volumes; None elsewhere."""
+        standards = getattr(self.equation_of_state, "standards", None)
+        return None if standards is None else self.engine.xp.asarray(standards)[material]
+
     def terms(self, name: str) -> tuple:
         """The pair terms of all effects: their gradient_terms, neighbour_terms or all_pair_terms, by that name."""
         return tuple(term for effect in self.effects for term in getattr(effect, name))

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from astroinertia.scene.dimensional import Density, Real, SpecificEnergy
+from astroinertia.scene.dimensional import Density, Pressure, Real, SpecificEnergy
 from astroinertia.scene.fluids import Fluid, Part, as_tuple
 
 
@@ -56,6 +56,11 @@ class Materials(Fluid):
     made_by: ClassVar[str] = "materials.materials"
     materials: Annotated[tuple[Material, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=16)] = Field(
         description="what the layers of a body are of; a body without layers is of the first"
+    )
+    boundary_pressure: Pressure | None = Field(
+        default=None,
+        description="keep densities sharp where materials meet, which are compared by those that they have at this "
+        "pressure; without it sums of mass smooth them",
     )
 
     @model_validator(mode="after")
