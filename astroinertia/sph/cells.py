@@ -11,6 +11,7 @@ import numpy as np
 
 _POINTS = 16  # of the lattice inside the body, a particle
 _PROBE = 32  # points along a side, by which the share of the box that the body fills is found
+_EMPTY = "its density is zero in almost all of its extent"
 
 
 def centres(
@@ -18,17 +19,19 @@ def centres(
 ) -> tuple[np.ndarray, float]:
     """Positions (count, 3) in a box of half sides `extent` (3,) about the origin, and the mass of the whole.
 
-    density: (N,) at positions (N, 3). ValueError where it is negative, not finite, or zero everywhere.
+    density: (N,) at positions (N, 3). ValueError where it is negative, not finite, or zero almost everywhere.
     """
     half = np.asarray(extent, dtype=float)
     if half.shape != (3,) or not np.isfinite(half).all() or not (half > 0.0).all():
         raise ValueError("its extent must be three positive lengths")
     filled = _points(density, half, np.full(3, _PROBE), rng)[1]
-    wanted = _POINTS * count * _PROBE**3 / max(1, len(filled))
+    if not len(filled):
+        raise ValueError(_EMPTY)
+    wanted = _POINTS * count * _PROBE**3 / len(filled)
     sides = np.maximum(2, np.ceil(half * (wanted / half.prod()) ** (1.0 / 3.0))).astype(int)
     position, mass = _points(density, half, sides, rng)
     if len(mass) < count:
-        raise ValueError("its density is zero in almost all of its extent")
+        raise ValueError(_EMPTY)
     places, cells = np.empty((count, 3)), [(np.arange(len(mass)), 0, count)]
     while cells:
         cell, first, shared = cells.pop()

@@ -295,6 +295,8 @@ def result(**arrays: Any) -> Any:
         ({"particles": result(colour=np.ones(300))}, "they need mass and position"),
         ({"density": lambda self, x: -np.ones(len(x))}, "its density must be a finite number that is not negative"),
         ({"density": lambda self, x: np.zeros(len(x))}, "its density is zero in almost all of its extent"),
+        # Points that the first lattice happened to meet, and no other.
+        ({"density": lambda self, x: np.full(len(x), len(x) == 32**3)}, "its density is zero in almost all of its"),
         ({"extent": lambda self: (1.0, 0.0, 1.0)}, "its extent must be three positive lengths"),
         ({"velocity": lambda self, x: 1 / 0}, "cannot be placed (ZeroDivisionError"),
         ({"mass": -1.0}, "states a mass that is no positive number"),
