@@ -115,6 +115,23 @@ _READABLE = {
     "Hz": [(1.0, 1.0, "Hz"), (1e3, 1e3, "kHz"), (1e6, 1e6, "MHz")],
 }  # fmt: skip
 
+# Size in SI, dimension and power of the radian of units that most scenes are written in, as astropy has them
+# to the last bit (tests/unit/test_units.py): importing it takes longer than reading a scene.
+_OF_SCENES = {
+    "kg": (1.0, Dimension(1, 0, 0), 0.0), "g": (1e-3, Dimension(1, 0, 0), 0.0),
+    "Msun": (SOLAR_MASS, Dimension(1, 0, 0), 0.0),
+    "m": (1.0, Dimension(0, 1, 0), 0.0), "cm": (0.01, Dimension(0, 1, 0), 0.0), "km": (1e3, Dimension(0, 1, 0), 0.0),
+    "Rsun": (SOLAR_RADIUS, Dimension(0, 1, 0), 0.0), "pc": (PARSEC, Dimension(0, 1, 0), 0.0),
+    "au": (_AU, Dimension(0, 1, 0), 0.0),
+    "s": (1.0, Dimension(0, 0, 1), 0.0), "ms": (1e-3, Dimension(0, 0, 1), 0.0),
+    "min": (60.0, Dimension(0, 0, 1), 0.0), "h": (_HOUR, Dimension(0, 0, 1), 0.0), "d": (_DAY, Dimension(0, 0, 1), 0.0),
+    "yr": (_YEAR, Dimension(0, 0, 1), 0.0),
+    "m/s": (1.0, Dimension(0, 1, -1), 0.0), "km/s": (1e3, Dimension(0, 1, -1), 0.0),
+    "m/s2": (1.0, Dimension(0, 1, -2), 0.0), "rad/s": (1.0, Dimension(0, 0, -1), 1.0),
+    "kg/m3": (1.0, Dimension(1, -3, 0), 0.0), "kg m-3": (1.0, Dimension(1, -3, 0), 0.0),
+    "g/cm3": (999.9999999999999, Dimension(1, -3, 0), 0.0), "kg m2": (1.0, Dimension(1, 2, 0), 0.0),
+}  # fmt: skip
+
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII)
 _WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
@@ -356,6 +373,8 @@ def written_quantity(value: Any) -> Any:
 @lru_cache(maxsize=512)
 def _unit(text: str) -> tuple[float, Dimension, float]:
     """SI scale, dimension and power of the radian of a unit."""
+    if text in _OF_SCENES:
+        return _OF_SCENES[text]
     from astropy import units as astropy_units
 
     powers = [int(digits) for digits in re.findall(r"(?:\*\*|\^|[A-Za-z)])\s*\(?\s*[+-]?(\d+)", text)]

@@ -1,6 +1,8 @@
 """Quantities from text, and code units."""
 
 import math
+import subprocess
+import sys
 from fractions import Fraction
 
 import pytest
@@ -10,6 +12,7 @@ from hypothesis import given, strategies as st
 from astroinertia import units
 from astroinertia.errors import SceneError
 from astroinertia.units import DIMENSIONS, EXAMPLES, CodeUnits, Dimension, quantity
+from tests.sims import SIMS
 
 GOOD = [
     ("1500 km", "length", 1.5e6),
@@ -69,6 +72,22 @@ def test_bad_quantities_are_refused_in_a_sentence(text, message):
     assert str(caught.value).endswith(".")
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 200
+
+
+def test_units_of_most_scenes_are_those_of_astropy_to_the_last_bit(monkeypatch):
+    known = dict(units._OF_SCENES)
+    monkeypatch.setattr(units, "_OF_SCENES", {})
+    units._unit.cache_clear()
+    assert {text: units._unit(text) for text in known} == known
+    units._unit.cache_clear()
+
+
+def test_a_usual_scene_is_read_without_astropy():
+    read = (
+        "import sys; from astroinertia.scene import load; load.load_file(sys.argv[1]); print('astropy' in sys.modules)"
+    )
+    command = [sys.executable, "-c", read, str(SIMS / "pulsar_collapse.toml")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip() == "False"
 
 
 @pytest.mark.parametrize("unit", ["Hz", "kHz", "1 Hz"])
