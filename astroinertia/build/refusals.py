@@ -15,11 +15,18 @@ from astroinertia.units import CodeUnits
 
 # Up to an index, a rate, L and T/|W| (as of break_up.PolytropicLimit) that are below the limits, which fall with it.
 _SURELY_HELD = ((1.0, (0.55, 0.244, 0.102)), (1.5, (0.528, 0.168, 0.0594)), (2.5, (0.453, 0.0798, 0.0182)))
+_COLD_EXPONENTS = {"hybrid": "gamma_1", "polytropic": "gamma"}  # of what has no heat below nuclear density
+_ROUNDED = 1e-3  # 1.333 is 4/3
 _ORBIT = "of an orbit at its equator"
 
 
 def refuse_impossible(scene: Scene) -> None:
-    """SceneError for a star beyond its limits, a body that turns faster than break-up, and a table without its heat."""
+    """SceneError for what cannot be.
+
+    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, or electrons that
+    would be lost twice.
+    """
+    _refuse_lost_twice(scene)
     units = code_units(scene)
     for alone in scene.alone():
         body: Any = alone.body
@@ -81,6 +88,19 @@ def _limit(index: float | None, measure: int, value: float) -> tuple[float, str]
     limit = polytropic_limit(float(index))
     most = (limit.rate, limit.angular_momentum, limit.rotational_to_gravitational)[measure]
     return float(most), f"at which a polytrope of index {index:g} sheds mass"
+
+
+def _refuse_lost_twice(scene: Scene) -> None:
+    """An exponent below that of relativistic electrons stands for their loss, which deleptonisation follows itself."""
+    fluid: Any = scene.equation_of_state
+    if fluid is None or "deleptonisation" not in scene.effects:
+        return
+    key = _COLD_EXPONENTS.get(fluid.kind)
+    if key and fluid.first_gamma < 4.0 / 3.0 - _ROUNDED:
+        raise SceneError(
+            f"[equation_of_state] {key} of {fluid.first_gamma:.4g} stands for electrons that are captured, which "
+            f'[effects.deleptonisation] takes away itself: set {key} = "4/3", or leave the effect away.'
+        )
 
 
 def _refuse_without_heat(scene: Scene) -> None:

@@ -19,6 +19,7 @@ from astroinertia.errors import SceneError
 from astroinertia.models import checkpoint
 from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.first_state import initial_state
+from astroinertia.models.sph.record import SHOWN
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.process.few import FEW
@@ -75,21 +76,29 @@ def branched(scene: Scene, units: CodeUnits, parent: Particles) -> Particles:
 
 
 def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
-    """The particles of a snapshot; what effects have evolved for themselves is not in it, and begins again.
+    """The particles of a snapshot; of what effects have evolved for themselves, what is not in it begins again.
 
     ValueError, in a sentence, where the arrays are no snapshot of this scene's.
     """
     count = checkpoint.length(arrays, "mass")
     if not 0 < count <= MAX_PARTICLES:
         raise ValueError("it has no particles, or too many")
-    several = len(getattr(problem_of(scene, units, count)[0].equation_of_state, "names", ()))
+    problem, _ = problem_of(scene, units, count)
+    several = len(getattr(problem.equation_of_state, "names", ()))
     shapes = {"mass": (count,), "position": (count, 3), "velocity": (count, 3), "entropy": (count,), "time": ()}
+    recalling: list[Any] = [effect for effect in problem.effects if hasattr(effect, "recalled")]
+    if recalling and (recalled := [name for name in SHOWN if name in arrays]):
+        shapes |= dict.fromkeys(("density", *recalled), (count,))
     kinds: dict[str, Any] = {name: (np.dtype(np.float64), shape) for name, shape in shapes.items()}
     if several > 1:
         kinds["material"] = (arrays["material"].dtype if "material" in arrays else np.dtype(int), (count,))
-    limits = {"mass": checkpoint.POSITIVE, "time": checkpoint.SIZE, "material": (0, several - 1)}
+    limits = {"mass": checkpoint.POSITIVE, "time": checkpoint.SIZE, "material": (0, several - 1),
+              "density": checkpoint.POSITIVE, **dict.fromkeys(SHOWN, (0.0, 1.0))}  # fmt: skip
     checkpoint.check(arrays, kinds, limits)
-    return _begun(scene, units, {name: arrays[name] for name in kinds}, float(arrays["time"]), {})
+    memory: dict[str, np.ndarray] = {}
+    for effect in recalling:
+        memory |= {name: np.asarray(array) for name, array in effect.recalled(np, arrays).items()}
+    return _begun(scene, units, {name: arrays[name] for name in kinds}, float(arrays["time"]), memory)
 
 
 def _begun(

@@ -41,7 +41,8 @@ class Characteristic:
     between it and the axis of the largest moment. momentum_axis: the direction of L, where it is known, and
     momentum_wobble: its angle from that axis. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
     motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
-    3 times the volume integral of the pressure. expansion: rate at which the size grows. fallen: share of the mass that
+    3 times the volume integral of the pressure; captured_pressure: what of it electrons had that are lost by the start,
+    with deleptonisation. expansion: rate at which the size grows. fallen: share of the mass that
     would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size; held: the
     pressure keeps its volume, whatever happens; homologous: it falls without one part passing another. bodies: how
     many; touching: materials meet in it, or bodies can.
@@ -64,6 +65,7 @@ class Characteristic:
     second_moment: float | None = None
     gravitational: float | None = None
     triple_pressure: float | None = None
+    captured_pressure: float = 0.0
     gamma: float = 5.0 / 3.0
     thermal_energy: float | None = None
     rotational: float | None = None
@@ -145,7 +147,11 @@ class Characteristic:
     def support(self) -> float | None:
         """(3 Pi + 2 T)/|W|, of the forces that act: 1 in equilibrium; None where nothing weighs or is known."""
         zone = self.zone
-        return None if zone is None or zone.weight == 0.0 else (zone.pressure + zone.turning) / zone.weight
+        if zone is None or zone.weight == 0.0:
+            return None
+        assert self.second_moment is not None
+        lost = self.captured_pressure / self.second_moment if self.presses else 0.0
+        return (zone.pressure - lost + zone.turning) / zone.weight
 
     @property
     def zone(self) -> Zone | None:

@@ -205,6 +205,13 @@ class Deleptonisation(Effect):
             "capture_density": fluid.density, **further,
         }  # fmt: skip
 
+    def recalled(self, xp, arrays):
+        """What a snapshot has of the memory; what neutrinos have, and the heat that is owed, it lacks."""
+        if "electron_fraction" not in arrays:
+            return {}
+        fraction = arrays["electron_fraction"]
+        return {"electron_fraction": fraction, **self.further(xp, arrays["density"], fraction)}
+
     def remember(self, xp, fluid, interval):
         """The same, `interval` later."""
         memory, numbers = fluid.memory, (*self.law(xp), self.escape, *self.trapped(xp))

@@ -83,7 +83,8 @@ def branch(
                 raise SceneError("a branch must end later than it begins: set time.end.")
             body = _carried_to(archive, scene, stored, stored.time if until is None else until)
         particles: Any = body  # no other model begins with a snapshot
-        again = sorted(particles.state.memory) if stored.snapshot else []
+        kept = stored.arrays or {}
+        again = sorted(name for name in particles.state.memory if name not in kept) if stored.snapshot else []
         described |= _origin(archive, scene, new, stored, body.time, settings, again)
         with shared_out(new.numerics.devices):
             return run_prepared(described, branched(new, body), folder, listener, begun, None, deadline, called)

@@ -79,6 +79,35 @@ def test_what_can_be_is_not_refused_and_takes_no_figures_of_stars(monkeypatch) -
     refusals.refuse_impossible(scene(POLYTROPE.replace("[body.rot", "relax = false\n[body.rot") + "rate = 2.0"))
 
 
+CORE = """name = "core"
+body = {kind = "polytrope", index = 3, mass = "1.5 Msun", radius = "1500 km", particles = 100}
+effects = {gravity = {}, pressure = {}}
+time.end = "0.1 s"
+"""
+
+
+@pytest.mark.parametrize(
+    ("matter", "refused"),
+    [
+        ('kind = "hybrid", gamma_1 = 1.28, nuclear_density = "2e14 g/cm3"', r"gamma_1 of 1.28 .*set gamma_1 = \"4/3\""),
+        ('kind = "polytropic", gamma = 1.3', r"gamma of 1.3 stands for electrons .*\[effects.deleptonisation\]"),
+        ('kind = "hybrid", gamma_1 = "4/3", nuclear_density = "2e14 g/cm3"', ""),
+        ('kind = "hybrid", gamma_1 = 1.333, nuclear_density = "2e14 g/cm3"', ""),
+        ('kind = "ideal", gamma = 1.3', ""),
+    ],
+)
+def test_electrons_are_not_lost_twice(matter, refused) -> None:
+    core = CORE + f"equation_of_state = {{{matter}}}\n"
+    refusals.refuse_impossible(loads(core))
+    losing = loads(core, ["effects.deleptonisation.fit='G15'"])
+    if not refused:
+        refusals.refuse_impossible(losing)
+    else:
+        with pytest.raises(SceneError, match=refused) as caught:
+            refusals.refuse_impossible(losing)
+        assert "\n" not in str(caught.value)
+
+
 def test_what_counts_as_surely_held_is_below_the_limit() -> None:
     limit = polytropic_limit(1.5)
     held = dict(refusals._SURELY_HELD)[1.5]

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from astroinertia.build import sph
 from astroinertia.build.effects import effects_of
 from astroinertia.effects import catalogue, deleptonisation as leptons
 from astroinertia.errors import SceneError
@@ -255,6 +256,32 @@ def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -
     assert np.abs(spin[1] - spin[0]).max() < 1e-14
     shown = snapshot_record(found)["electron_fraction"]
     assert (shown[np.asarray(found.identity)] == found.memory["electron_fraction"]).all()
+
+
+def test_a_state_of_a_snapshot_keeps_its_electron_fractions() -> None:
+    """Of matter that was denser once, not those of its density; the pressure goes with them."""
+    scene = loads(core_scene("G15", 100))
+    units = code_units(scene)
+    begun = sph.evolution(scene, units)
+    shown = dict(begun.snapshot().items())
+    arrays = {name: np.asarray(array) for name, array in shown.items()}
+    fitted = arrays["electron_fraction"].copy()
+    arrays["electron_fraction"] = fitted - np.linspace(0.0, 0.05, len(fitted))
+    found = sph.of_snapshot(scene, units, arrays).state
+    order = np.argsort(np.asarray(found.identity))
+    memory = {name: np.asarray(array)[order] for name, array in found.memory.items()}
+    np.testing.assert_array_equal(memory["electron_fraction"], arrays["electron_fraction"])
+    fluid_density = np.asarray(found.rates.fluid.density)[order]
+    cold = leptons.ELECTRONS * 0.4971 ** (4 / 3) * (fluid_density * units.unit("density")) ** (4 / 3)
+    share = (memory["electron_fraction"] / 0.4971) ** (4 / 3)
+    expected = cold * (share - 1.0) / units.unit("pressure")
+    np.testing.assert_allclose(memory["further_pressure"], expected, rtol=1e-6)
+    again = sph.of_snapshot(scene, units, {name: arrays[name] for name in arrays if name != "electron_fraction"}).state
+    order = np.argsort(np.asarray(again.identity))
+    np.testing.assert_allclose(np.asarray(again.memory["electron_fraction"])[order], fitted, rtol=1e-6)
+    for bad in (-arrays["electron_fraction"], arrays["electron_fraction"][:50]):
+        with pytest.raises(ValueError, match="electron_fraction"):
+            sph.of_snapshot(scene, units, {**arrays, "electron_fraction": bad})
 
 
 def test_the_plan_names_the_fit_as_the_scene_does() -> None:

@@ -186,6 +186,28 @@ def test_the_plan_says_whether_a_star_falls_or_swells(matter, fraction, gamma, s
     assert float(value) == pytest.approx(fraction * (1.0 if gamma is None else supported(gamma)), rel=0.01)
 
 
+@pytest.mark.parametrize(("fit", "first", "dense"), [("G15", 3e7, 0.278), ("N13", 2e7, 0.285)])
+def test_a_core_whose_electrons_are_captured_falls(fit, first, dense):
+    """By Lane and Emden's equation and the fit of Liebendoerfer 2005, with P = 4.897e14 (2 Y_e/0.9942 rho)^(4/3)."""
+    core = (Path(__file__).parents[3] / "sims" / "deleptonising_core.toml").read_text()
+    xi = np.linspace(1e-6, 6.89, 4000)
+    path = solve_ivp(
+        lambda x, y: [y[1], -(max(y[0], 0.0) ** 3) - 2.0 * y[1] / x], xi[[0, -1]], [1.0, 0.0], t_eval=xi, rtol=1e-9
+    )
+    theta = np.maximum(path.y[0], 1e-9)
+    x = np.clip((2 * np.log10(1e10 * theta**3) - np.log10(2e13 * first)) / np.log10(2e13 / first), -1, 1)
+    size = abs(x)
+    left = 0.5 * (dense + 0.5) + x / 2 * (dense - 0.5) + 0.035 * (1 - size + 4 * size * (size - 0.5) * (size - 1))
+    share = (np.minimum(left, 0.4971) / 0.4971) ** (4 / 3)
+    expected = np.trapezoid(share * theta**4 * xi**2, xi) / np.trapezoid(theta**4 * xi**2, xi)
+    scene = loads(core, [f"effects.deleptonisation.fit='{fit}'"])
+    value, meaning = next(row[1:] for row in number_lines(scene) if row[0] == "(3 Pi + 2 T)/|W|")
+    assert float(value) == pytest.approx(expected, abs=2e-3) and 0.8 < expected < 0.95
+    assert f"falls at first: {100 * (1 - expected):.2g} % of the pressure" in meaning
+    without = core.replace("[effects.deleptonisation]", "").replace("[effects.relativistic_potential]", "")
+    assert "in balance" in next(row[2] for row in number_lines(loads(without)) if row[0] == "(3 Pi + 2 T)/|W|")
+
+
 def test_a_spinning_earth_has_its_numbers():
     body = earth(YEAR)
     assert body.rotation_over_break_up == pytest.approx(0.0588, rel=0.01)
