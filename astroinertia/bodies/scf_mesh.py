@@ -12,6 +12,7 @@ vanishes as depth^n makes q_l vanish as (1 - r)^(n + 1/2), which is smooth in t 
 soft star, which is narrow, has elements enough. Tests: tests/unit/bodies/test_scf.py.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -112,6 +113,7 @@ def _placed(x, low, high, element, elements):
     return low + (high - low) * t**2 * (3 - 2 * t), (high - low) * 6 * t * (1 - t) / (2 * elements)
 
 
+@functools.cache
 def _to_legendre() -> np.ndarray:
     # Values at the nodes to Legendre coefficients.
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
@@ -121,21 +123,29 @@ def _to_legendre() -> np.ndarray:
 
 def _operators(low, high, element, elements, degrees):
     """Polynomials through an element's nodes times the two kernels, integrated up to and down to its nodes."""
-    nodes, _ = np.polynomial.legendre.leggauss(NODES)
-    points, weights = np.polynomial.legendre.leggauss(_PRODUCT_POINTS)
     kernels = []
     for outwards in (False, True):
-        # from the lower edge up to each node and the upper edge, or from the upper edge down to each and the lower
-        ends = np.append(nodes, -1.0 if outwards else 1.0)[:, None]
-        start = 1.0 if outwards else -1.0
-        x = start + (ends - start) * (points + 1) / 2
+        ends, x, span, weights, basis = _quadrature(outwards)
         s, slope = _placed(x, low, high, element, elements)
         target = _placed(ends, low, high, element, elements)[0]
         ratio, power = (target / s, degrees) if outwards else (s / target, degrees + 1)
-        kernel = ratio ** power[:, None, None] * s * slope * np.abs(ends - start) / 2 * weights
-        basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
+        kernel = ratio ** power[:, None, None] * s * slope * span / 2 * weights
         kernels.append(np.einsum("lkq,kqj->lkj", kernel, basis))
     return tuple(kernels)
+
+
+@functools.cache
+def _quadrature(outwards: bool) -> tuple[np.ndarray, ...]:
+    # From the lower edge up to each node and the upper edge, or from the upper edge down to each and the lower, in the
+    # element's own variable, the same in all: ends of the intervals, points within them, lengths, weights, and at those
+    # points the polynomials that are 1 at one node.
+    nodes, _ = np.polynomial.legendre.leggauss(NODES)
+    points, weights = np.polynomial.legendre.leggauss(_PRODUCT_POINTS)
+    ends = np.append(nodes, -1.0 if outwards else 1.0)[:, None]
+    start = 1.0 if outwards else -1.0
+    x = start + (ends - start) * (points + 1) / 2
+    basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
+    return ends, x, np.abs(ends - start), weights, basis
 
 
 def even_legendre(mu: np.ndarray, degree: int) -> np.ndarray:

@@ -17,7 +17,7 @@ from astroinertia.initial.placed import particles
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.sweep import loads as sweep_of
-from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, stopped_at
 
 M, R, r, L = 2.0, 1.0, 0.3, 0.5
 BODY = f"""
@@ -203,26 +203,6 @@ def test_one_of_several_bodies(torus, tmp_path) -> None:
 
 
 # From an installed package
-
-
-@pytest.mark.slow
-def test_an_installed_one_is_planned_run_stopped_resumed_reported_and_swept(tmp_path) -> None:
-    installed = installed_in(tmp_path)
-    (tmp_path / "scene.toml").write_text(NAMED)
-    assert "from astroinertia-plugin-example 0.1" in command(installed, tmp_path, "plan", "scene.toml")
-    command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
-    command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
-    without = command(tmp_path / "nowhere", tmp_path, "resume", "parts", code=2)
-    assert "with the initial body 'torus' (astroinertia-plugin-example 0.1), which is not here: inst" in without
-    command(installed, tmp_path, "resume", "parts")
-    whole, parts = (astroinertia.open(tmp_path / name) for name in ("whole", "parts"))
-    assert parts.drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
-    assert '"astroinertia-plugin-example": "0.1"' in whole.attrs["versions"]
-    command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
-    assert "torus" in (tmp_path / "report.html").read_text()
-    (tmp_path / "sweep.toml").write_text(NAMED + '[sweep]\n"body.minor_radius" = [0.2, 0.3]\n')
-    command(installed, tmp_path, "run", "sweep.toml", "--output", "sweep")
-    assert astroinertia.open_sweep(tmp_path / "sweep").sizes["member"] == 2
 
 
 def test_a_sweep_varies_the_options_of_an_installed_one(tmp_path, monkeypatch) -> None:

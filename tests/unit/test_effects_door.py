@@ -15,7 +15,7 @@ from astroinertia.effects import REQUIRED, Effect, Option, Output, PairTerm, not
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import code_units, plan
-from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
 
 K, SPEED, END, STEP = 0.3, 1.5, 1.0, 0.02
 SCENE = f"""
@@ -226,30 +226,6 @@ def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
 
 
 # From an installed package
-
-
-@pytest.mark.slow
-def test_an_installed_effect_is_planned_run_stopped_resumed_audited_and_reported(installed, tmp_path) -> None:
-    (tmp_path / "scene.toml").write_text(LISTED)
-    said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
-    assert "from astroinertia-plugin-example 0.1" in said and "the effect states no size" in said
-    assert "k 0.3" in said
-    (row,) = (line for line in said.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
-    assert any(part.isdigit() and int(part) > 0 for part in row.split())
-
-    command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
-    command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
-    without = command(tmp_path / "nowhere", tmp_path, "resume", "parts", code=2)
-    assert (
-        "with the effect 'cubic_drag' (astroinertia-plugin-example 0.1), which is not here: install its pack" in without
-    )
-    command(installed, tmp_path, "resume", "parts")
-    whole, parts = (astroinertia.open(tmp_path / name) for name in ("whole", "parts"))
-    assert parts.drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
-    assert_the_drag_is_exact(whole, 1e-4)
-    assert '"astroinertia-plugin-example": "0.1"' in whole.attrs["versions"]
-    command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
-    assert "cubic drag" in (tmp_path / "report.html").read_text().replace("_", " ")
 
 
 def test_only_the_entry_point_that_a_scene_lists_is_imported(tmp_path, monkeypatch) -> None:

@@ -20,7 +20,7 @@ from astroinertia.matter import Matter, Option, positive, pytree
 from astroinertia.matter.equation import disagreement
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
-from tests.plugin_example import EXAMPLE, STOP, command, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
 
 P0, RHO0, A = 0.3, 0.24, 0.2
 BODY = """
@@ -390,26 +390,9 @@ def test_several_bodies_are_of_one_matter(logotrope) -> None:
 # From an installed package
 
 
-@pytest.mark.slow
-def test_an_installed_one_is_planned_run_stopped_resumed_audited_and_reported(installed, tmp_path) -> None:
-    (tmp_path / "scene.toml").write_text(NAMED)
-    said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
-    assert "from astroinertia-plugin-example 0.1" in said and "McLaughlin" in said
-    command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
-    command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
-    without = command(tmp_path / "nowhere", tmp_path, "resume", "parts", code=2)
-    assert (
-        "with the equation of state 'logotrope' (astroinertia-plugin-example 0.1), which is not here: inst" in without
-    )
-    command(installed, tmp_path, "resume", "parts")
-    whole, parts = (astroinertia.open(tmp_path / name) for name in ("whole", "parts"))
-    assert parts.drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
-    assert '"astroinertia-plugin-example": "0.1"' in whole.attrs["versions"]
-    assert "astroinertia-plugin-example 0.1" in whole.attrs["own_matter"]
-    command(tmp_path / "nowhere", tmp_path, "report", "parts", "--output", "report.html")
-    assert "logotrope" in (tmp_path / "report.html").read_text()
-    unknown = command(tmp_path / "nowhere", tmp_path, "plan", "scene.toml", code=2)
-    assert "[equation_of_state] kind: must be one of ideal, isothermal" in unknown
+def test_one_that_no_package_offers_is_not_known() -> None:
+    with pytest.raises(SceneError, match=r"\[equation_of_state\] kind: must be one of ideal, isothermal"):
+        loads(NAMED)
 
 
 def test_only_the_entry_point_that_a_scene_names_is_imported(tmp_path, monkeypatch) -> None:
