@@ -25,16 +25,16 @@ from scipy.optimize import brentq
 from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error, value
 from astroinertia.errors import SceneError
-from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, RECORDED
 from astroinertia.process.renamed import renamed
 
 SUFFIX = "_error"
 HEADLINE = (
     "second_moment", "inertia_tensor", "principal_moments", "attitude", "angular_momentum", "angular_velocity",
-    "kinetic_energy", "rotational_energy", "internal_energy", "gravitational_energy", "total_energy",
+    "angular_speed", "kinetic_energy", "rotational_energy", "internal_energy", "gravitational_energy", "total_energy",
     "rotational_to_gravitational", "mean_radius", "equatorial_radius", "polar_radius", "ellipsoid_flattening",
     "surface_mean_radius", "surface_flattening", "moment_ratio", "zonal_harmonic_2",
-    "density_max",
+    "density_max", *OF_ATTITUDE,
 )  # fmt: skip
 """The series that have error bars, where the run has a number for them."""
 SAFETY_OF_THREE = 2.0
@@ -245,7 +245,7 @@ def _beside(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 def _rounding(values: np.ndarray, name: str, steps: np.ndarray) -> np.ndarray:
     """What rounding leaves after so many steps: a random walk of the last bits, of 1 at least for pure numbers."""
-    least = 1.0 if (RECORDED | DERIVED)[name].dimension is None else 0.0
+    least = 1.0 if (RECORDED | DERIVED | OF_ATTITUDE)[name].dimension is None else 0.0
     sizes = np.maximum(_size(values), least) * _ROUNDING * np.sqrt(1.0 + steps)
     return np.broadcast_to(_beside(sizes, values), values.shape)
 

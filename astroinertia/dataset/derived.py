@@ -52,7 +52,8 @@ def derived_quantities(
         angular_momentum = series["angular_momentum"]
         spin = angular_velocity(inertia, angular_momentum)
         energy = 0.5 * (angular_momentum * spin).sum(-1)
-        derived |= {"angular_velocity": spin, "rotational_energy": energy}
+        speed = np.linalg.norm(spin, axis=-1)
+        derived |= {"angular_velocity": spin, "angular_speed": speed, "rotational_energy": energy}
         if _has(series, "gravitational_energy"):
             bound = np.abs(series["gravitational_energy"])
             derived["rotational_to_gravitational"] = _ratio(energy, bound)

@@ -311,6 +311,10 @@ DERIVED: dict[str, Quantity] = {
         _TI, PER_TIME, "rad s-1", "mean angular velocity",
         "Tisserand's I^-1 L: the rigid rotation with this angular momentum",
     ),
+    "angular_speed": Quantity(
+        _T, PER_TIME, "rad s-1", "size of the mean angular velocity",
+        "|I^-1 L|, of Tisserand's mean rotation (Munk & MacDonald 1960, The Rotation of the Earth)",
+    ),
     "figure_rotation_rate": Quantity(
         _TP, PER_TIME, "rad s-1", "rate at which the principal axes turn, about each of themselves",
         "(e_k . dI/dt e_l) / (I_k - I_l) about e_m, (k, l, m) cyclic; NaN where I_k and I_l are equal "

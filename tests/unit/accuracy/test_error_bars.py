@@ -295,6 +295,20 @@ def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, 
         assert true < bar < 5.0 * max(true, 1e-14)
 
 
+def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
+    def run(name, *settings):
+        settings = ("time.end='1 s'", "output.series_every='0.2 s'", *settings)
+        return astroinertia.open(astroinertia.run_scene(BY_NAME["rigid_top"].scene(*settings), tmp_path / name))
+
+    coarse = run("coarse", BARS, "numerics.steps_per_rotation=20")
+    fine = run("fine", "numerics.steps_per_rotation=320")
+    for name in ("obliquity", "precession_rate", "wobble_angle", "angular_speed"):
+        bar, true = coarse[f"{name}_error"], abs(coarse[name] - fine[name])
+        assert bar.attrs["units"] == coarse[name].attrs["units"]
+        assert (true[1:] <= bar[1:]).all()
+        assert (bar[1:] <= 5.0 * true.max() + 1e-12 * abs(fine[name]).max()).all()
+
+
 @pytest.mark.parametrize("count", [150, 600])
 def test_the_error_of_a_particle_run_is_within_its_bar(count, tmp_path):
     settings = (f"body.particles={count}", "time.end=1.0", "output.series_every=0.1")

@@ -215,6 +215,8 @@ def test_derived_quantities_of_a_turning_ellipsoid(opened):
     np.testing.assert_allclose(first["principal_moments"], np.sort(moments), rtol=1e-12)
     spin = first["angular_velocity"].values
     np.testing.assert_allclose(spin, np.array([0.05, 0, 0.32]) / TIME, rtol=1e-11, atol=1e-9)
+    assert first["angular_speed"] == pytest.approx(np.hypot(0.05, 0.32) / TIME, rel=1e-11)
+    assert first["angular_speed"].attrs["units"] == "rad s-1"
     energy = 0.5 * spin @ np.diag(moments) @ spin
     assert first["rotational_energy"] == pytest.approx(energy, rel=1e-12)
     assert first["rotational_to_gravitational"] == pytest.approx(

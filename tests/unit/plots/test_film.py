@@ -122,6 +122,17 @@ def test_a_picture_bears_no_traces_of_those_before_it(series):
         np.testing.assert_array_equal(after[part], alone[part])
 
 
+def test_the_header_is_the_name_of_the_run_in_plain_words(series):
+    def header(name):
+        (picture,) = film.frames(series.assign_attrs(name=name), None, np.array([0]), 60)
+        return picture[:25, :420]
+
+    np.testing.assert_array_equal(header("my_own_star"), header("my own star"))
+    # What would be a formula is a name: this one would be refused, and signs of another would not be seen.
+    assert (header("x $\\frac$") < 128).any()
+    assert (header("$a$") < 128).any(axis=(0, 2)).sum() > (header("a a") < 128).any(axis=(0, 2)).sum()
+
+
 def test_pictures_of_a_model_without_particles_show_its_ellipsoid(series):
     number = np.array([0])
     (picture,) = film.frames(series, None, number, 60)
