@@ -21,7 +21,6 @@ from astroinertia.accuracy.words import duration
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
-from astroinertia.process.stopwatch import Seconds
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 
@@ -118,8 +117,7 @@ def seconds_of(scene: Scene) -> tuple[float, float]:
     prediction = predict(scene, machine.current())
     if prediction is None:
         return 0.0, 0.0
-    compiling = prediction.parts.get("compiling", Seconds()).wall
-    return prediction.wall_time - prediction.parts["start-up"].wall - compiling, compiling
+    return prediction.again.wall, prediction.compiling.wall
 
 
 @dataclass(frozen=True)

@@ -85,8 +85,8 @@ def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan
         from astroinertia.accuracy.companion_runs import companion_runs
 
         runs = companion_runs(scene)
-        costs = [(run.name, predict(run.scene, speeds, options.processes)) for run in runs]
-        lines = (*lines, plan_lines.of_error_bars(costs))
+        costs = {run.name: (run.scene, predict(run.scene, speeds, options.processes)) for run in runs}
+        lines = (*lines, plan_lines.of_error_bars(scene, costs))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 
@@ -95,4 +95,6 @@ def compared(attrs: Mapping[str, Any]) -> str:
     taken, predicted = (float(attrs.get(f"{kind}_wall_time", math.nan)) for kind in ("measured", "predicted"))
     if not math.isfinite(taken):
         return ""
-    return f"took {taken:.3g} s" + (f", predicted {predicted:.3g} s" if math.isfinite(predicted) else "")
+    said = f"took {taken:.3g} s" + (f", predicted {predicted:.3g} s" if math.isfinite(predicted) else "")
+    bars = float(attrs.get("error_bars_wall_time", math.nan))
+    return f"{said}; {bars:.3g} s more for error bars" if math.isfinite(bars) else said

@@ -297,12 +297,15 @@ def _run(options: Options) -> int:
 
     with _voice("the body is checked"):
         refuse_before(scene, folder)
+    before = time.monotonic()
     scene = _chosen(scene, folder, options)
+    limit = stop.deadline(options, begun)
+    begun += time.monotonic() - before  # what pilots take is none of it
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     if wobble := unstated_wobble(scene):
         _say(wobble)
     with Meter(_Console(highlight=False), preparing(scene.model)) as meter, _profile(options, begun) as profile:
-        result = run_scene(scene, folder, meter.tell, begun, stop.deadline(options, begun), profile=profile)
+        result = run_scene(scene, folder, meter.tell, begun, limit, profile=profile)
     return _finished(result, folder)
 
 

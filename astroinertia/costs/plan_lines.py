@@ -1,7 +1,8 @@
 """The costs in a plan: lines with a name, a value and why."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
+from astroinertia.costs.experience import few
 from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
@@ -49,12 +50,20 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     return tuple(section)
 
 
-def of_error_bars(runs: Sequence[tuple[str, Prediction | None]]) -> Line:
-    """The line of a plan on companion runs, by their names; what the start of the process takes is the run's."""
-    why = f"of companion runs for error bars: {', '.join(name for name, _ in runs)}"
-    if any(cost is None for _, cost in runs):
-        return Line("error bars", "wall time not known", why)
-    taken = sum(cost.wall_time - cost.parts["start-up"].wall for _, cost in runs if cost is not None)
+def of_error_bars(main: Scene, runs: Mapping[str, tuple[Scene, Prediction | None]]) -> Line:
+    """The line of a plan on companion runs, by their names: what they take in the process of the scene's own run.
+
+    Programs are those of that run, but for particles that are few, where its own are not, or the other way round.
+    """
+    why = f"of companion runs for error bars: {', '.join(runs)}"
+    taken, compiled = 0.0, {few(main)}
+    for scene, cost in runs.values():
+        if cost is None:
+            return Line("error bars", "wall time not known", why)
+        taken += cost.again.wall
+        if few(scene) not in compiled:
+            taken += cost.compiling.wall
+            compiled.add(few(scene))
     return Line("error bars", f"{seconds(taken)} more", why)
 
 

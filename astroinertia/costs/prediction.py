@@ -31,6 +31,9 @@ ACTIVE = 0.5  # of the particles, where intervals end within a base step
 # Of what more particles compile: 4.5 s of 36 in sims/pulsar_collapse (tests/benchmarks/results/first_runs.md).
 COMPILED_BY_FEW = 0.13
 PREPARATION = ("start-up", "compiling", "placing", "settling")
+# Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
+# 3.4, of companion runs of Dyson's ellipsoid in particles and of a top, and of pilots of tops).
+AGAIN = 0.05
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
 
@@ -63,6 +66,17 @@ class Prediction:
     def evolution(self) -> Seconds:
         """Of what comes after the preparation: steps, records and writing."""
         return total(cost for name, cost in self.parts.items() if name not in PREPARATION)
+
+    @property
+    def again(self) -> Seconds:
+        """Of a run in a process that has carried out another one, but for what it is the first to compile."""
+        taken = total(cost for name, cost in self.parts.items() if name not in ("start-up", "compiling"))
+        return taken + AGAIN * self.parts["start-up"]
+
+    @property
+    def compiling(self) -> Seconds:
+        """Of what is compiled for it."""
+        return self.parts.get("compiling", Seconds())
 
     @property
     def wall_time(self) -> float:

@@ -5,6 +5,7 @@ That it holds on real ones is shown by tests/benchmarks/delivered.py, whose tabl
 
 import math
 import re
+import time
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from astroinertia.accuracy.analysis import reference_of
 from astroinertia.accuracy.exact import exact
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import default_names, parsed
+from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.integrate.rigid_splitting import COMPOSITIONS
 from astroinertia.scene import load
@@ -296,3 +298,17 @@ def test_a_run_takes_the_choice_into_its_file(tmp_path):
     assert "0.0001 of angular_velocity" in found.attrs["choice"]
     assert 'settings = "given"' in found.attrs["scene"]
     assert (tmp_path / "top-pilots").is_dir()
+
+
+def test_what_pilots_take_is_no_part_of_the_time_of_the_run(tmp_path, monkeypatch):
+    waited = 1e4
+
+    def chosen(scene, *arguments):
+        clock = time.monotonic
+        monkeypatch.setattr(time, "monotonic", lambda: clock() + waited)
+        return load.loads(TOP)
+
+    monkeypatch.setattr("astroinertia.cli.main.choice.chosen", chosen)
+    (tmp_path / "top.toml").write_text(TOP)
+    assert main(["run", str(tmp_path / "top.toml"), "--output", str(tmp_path / "top")]) == 0
+    assert 0.0 < astroinertia.open(tmp_path / "top").attrs["measured_wall_time"] < waited

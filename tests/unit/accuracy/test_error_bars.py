@@ -390,6 +390,8 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
     assert "error bars" in printed and "more of companion runs" in printed
     assert main(["run", *arguments, "--error-bars", "--output", "run"]) == 0
     data = astroinertia.open(tmp_path / "run")
+    said = re.search(r"took (\S+) s, predicted \S+ s; (\S+) s more for error bars", capsys.readouterr().out)
+    assert float(said[2]) == pytest.approx(data.attrs["error_bars_wall_time"], rel=0.01)
     assert float(data["inertia_tensor_error"].sel(i="z", j="z")[-1]) > 0.0
     for draw, panel in ((inertia_figure, 0), (spin_figure, 0), (energy_figure, 0)):
         bands = draw(data).axes[panel].collections

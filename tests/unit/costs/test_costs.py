@@ -171,6 +171,34 @@ def test_parts_add_up_and_each_effect_has_its_own():
     assert found.evolution.wall == pytest.approx(math.fsum(after))
 
 
+def test_one_run_more_in_a_process_neither_starts_it_nor_compiles():
+    found = predicted()
+    assert found.compiling.wall > 1.0
+    again = found.wall_time - found.parts["start-up"].wall - found.compiling.wall
+    assert again < found.again.wall < again + 0.1 * found.parts["start-up"].wall
+
+
+def test_companion_runs_compile_what_the_run_itself_does_not():
+    def of(scene, *companions):
+        def cost(one):
+            return predict(one, machine.shipped())
+
+        line = plan_lines.of_error_bars(scene, {str(k): (one, cost(one)) for k, one in enumerate(companions)})
+        taken = math.fsum(cost(one).again.wall for one in companions)
+        return line.value, f"{plan_lines.seconds(taken)} more", [cost(one).compiling.wall for one in companions], taken
+
+    few, many = (load.loads(STAR, (f"body.particles={count}",)) for count in (500, 5000))
+    value, without, *_ = of(few, few, few)
+    assert value == without
+    value, _, compiling, taken = of(many, few, few, many)
+    assert value == f"{plan_lines.seconds(taken + compiling[0])} more"
+    top = load.load_file(next(path for path in SIMS if path.stem == "tennis_racket"))
+    value, without, compiling, _ = of(top, top)
+    assert value == without and compiling[0] > 1.0
+    unknown = plan_lines.of_error_bars(few, {"one": (few, None)})
+    assert unknown.value == "wall time not known"
+
+
 @pytest.mark.parametrize("steps", ["global", "individual"])
 @pytest.mark.parametrize("precision", ["mixed", "float64"])
 def test_more_particles_cost_more_of_everything(steps, precision):
