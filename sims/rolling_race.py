@@ -93,7 +93,7 @@ def _lanes(axes, finishes: list[Finish], rows: np.ndarray, distance: float) -> N
             f"{each.time:.3f} s", (1.155 * distance, row), ha="right", va="center", fontsize=10,
             fontweight="bold" if each is finishes[0] else "normal", color=style.INK,
         )  # fmt: skip
-    axes.set_xlabel("distance rolled (m)")
+    axes.set_xlabel("distance down the incline (m)")
     axes.set_title("When the first arrives, and at a quarter, half and three quarters of its time")
 
 

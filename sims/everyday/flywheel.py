@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.optimize import brentq
 
 from astroinertia.inertia import shapes
 from astroinertia.inertia.rolling import flywheel_rates
@@ -47,9 +48,10 @@ def _one_cylinder(angle: np.ndarray) -> np.ndarray:
 
 
 def swing(torque: np.ndarray, moment: float, rate: float) -> tuple[np.ndarray, float]:
-    """Angular velocities over the cycle, and (greatest - least)/mean."""
-    rates = flywheel_rates(torque, ANGLES, moment, rate)
-    return rates, float(np.ptp(rates) / rates.mean())
+    """Angular velocities over the cycle, whose mean is `rate`, and (greatest - least)/mean."""
+    start = brentq(lambda first: flywheel_rates(torque, ANGLES, moment, first).mean() - rate, 0.5 * rate, 1.5 * rate)
+    rates = flywheel_rates(torque, ANGLES, moment, start)
+    return rates, float(np.ptp(rates) / rate)
 
 
 def picture(torque: np.ndarray, wheels: dict[float, np.ndarray], curve: tuple[np.ndarray, np.ndarray]) -> Figure:
@@ -75,7 +77,7 @@ def main() -> None:
     """Compute the swing for several wheels, say which is needed for a hundredth, and save the picture."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cylinders", type=int, default=1, choices=(1, 2, 4), help="of the engine (default: 1)")
-    parser.add_argument("--speed", type=float, default=1500.0, help="turns a minute at ignition (default: 1500)")
+    parser.add_argument("--speed", type=float, default=1500.0, help="turns a minute in the mean (default: 1500)")
     parser.add_argument("--output", type=Path, help="a PNG to write")
     chosen = parser.parse_args()
     if not 600 <= chosen.speed <= 6000:

@@ -108,8 +108,8 @@ def picture(body: Body, upright: dict[float, np.ndarray], times: np.ndarray, ris
         lost.plot(rising["time"], 100 * (rising["spin"] / rising["spin"][0] - 1), color=style.ORANGE, label="spin")
         kept = 100 * (rising["jellett"] / rising["jellett"][0] - 1)
         lost.plot(rising["time"], kept, color=style.INK, linestyle="--", label="Jellett's constant")
-        lost.set(xlabel="time (s)", ylabel="change (%)", title="What friction takes")
-        lost.legend(loc="center right")
+        lost.set(xlabel="time (s)", ylabel="change (%)", title="What friction takes", ylim=(None, 1.2))
+        lost.legend(loc="upper right")
         return figure
 
 

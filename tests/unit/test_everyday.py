@@ -34,7 +34,7 @@ def test_pendulums_give_gravity(printed):
 @pytest.mark.parametrize("cylinders", ["1", "4"])
 def test_a_flywheel_of_the_moment_by_the_formula_smooths_to_a_hundredth(printed, cylinders):
     lines = printed("flywheel", "--cylinders", cylinders)
-    assert numbers(lines, "that disc")[1] == pytest.approx(1.0, abs=0.02)
+    assert numbers(lines, "that disc")[1] == pytest.approx(1.0, abs=4e-3)
 
 
 def test_beams_sag_as_their_curves_say(printed):
