@@ -24,7 +24,15 @@ def together(bodies: Sequence[Particles]) -> Particles:
         parts = [getattr(body, name) for body in bodies]
         return None if parts[0] is None else np.concatenate(parts)
 
-    return Particles(*(joined(name) for name in Particles.__dataclass_fields__))  # type: ignore[arg-type]
+    arrays: Any = {name: joined(name) for name in Particles.__dataclass_fields__ if name != "memory"}
+    known = {name for body in bodies for name in body.memory}
+    memory = {name: np.concatenate([_known(body, name) for body in bodies]) for name in known}
+    return Particles(**arrays, memory=memory)
+
+
+def _known(body: Particles, name: str) -> np.ndarray:
+    # What is known of the particles of one body alone are factors.
+    return body.memory.get(name, np.ones(len(body.mass)))
 
 
 def check_same_fluid(equations: Sequence[object]) -> None:

@@ -2,7 +2,7 @@
 
 import importlib
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from astroinertia.scene.schema import Scene
 from astroinertia.sph.placement import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
+from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 from astroinertia.sph.table import read_body
 from astroinertia.units import CodeUnits
 
@@ -35,7 +36,8 @@ _STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 class Particles:
     """mass (N,), position (N, 3), velocity (N, 3), and either entropy (N,) or specific internal_energy (N,).
 
-    material: (N,), where the equation of state has several.
+    material: (N,), where the equation of state has several; memory: what effects know of the particles beforehand, (N,)
+    each.
     """
 
     mass: np.ndarray
@@ -44,6 +46,7 @@ class Particles:
     entropy: np.ndarray | None
     internal_energy: np.ndarray | None
     material: np.ndarray | None = None
+    memory: dict[str, np.ndarray] = field(default_factory=dict)
 
     def moved(self, position: np.ndarray, velocity: np.ndarray) -> "Particles":
         """The same body elsewhere and in motion."""
@@ -125,15 +128,21 @@ def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem) -> 
     entropy = planet.labels[layer]
     material = planet.numbers[layer] if len(problem.equation_of_state.names) > 1 else None
     position = unit_sphere * planet.radius
+    memory = {}
+    if body.surface == "full":
+        from astroinertia.build.surfaces import density_factors  # most bodies do without
+
+        memory = {DENSITY_FACTOR: density_factors(_still(problem), planet, mass, position, layer)}
     if body.relax and {"gravity", "pressure"} <= set(scene.effects):
         relaxed = relaxation.relax(
             _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
             relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), material=material,
+            memory=memory,
         )  # fmt: skip
         position, velocity = relaxed.position, relaxed.velocity
     else:
         velocity = rotation_flow(scene, units, planet, mass, position)
-    return Particles(mass, position, velocity + linear_flow(scene, units, position), entropy, None, material)
+    return Particles(mass, position, velocity + linear_flow(scene, units, position), entropy, None, material, memory)
 
 
 def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:

@@ -26,6 +26,7 @@ from astroinertia.process.few import FEW
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 from astroinertia.sph.table import MAX_PARTICLES
 from astroinertia.units import CodeUnits
 
@@ -46,8 +47,9 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     points, body = companions.beside(scene, units, problem, body)
     points |= sinks.beside(scene, problem, body.mass)
     state, arrangement = initial_state(
-        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points, body.material
-    )
+        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points, body.material,
+        memory=body.memory,
+    )  # fmt: skip
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
     return _under_way(scene, units, problem, state, arrangement, regions)
@@ -93,7 +95,8 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
     if several > 1:
         kinds["material"] = (arrays["material"].dtype if "material" in arrays else np.dtype(int), (count,))
     limits = {"mass": checkpoint.POSITIVE, "time": checkpoint.SIZE, "material": (0, several - 1),
-              "density": checkpoint.POSITIVE, **dict.fromkeys(SHOWN, (0.0, 1.0))}  # fmt: skip
+              "density": checkpoint.POSITIVE, **dict.fromkeys(SHOWN, (0.0, 1.0)),
+              DENSITY_FACTOR: checkpoint.POSITIVE}  # fmt: skip
     checkpoint.check(arrays, kinds, limits)
     memory: dict[str, np.ndarray] = {}
     for effect in recalling:
@@ -169,6 +172,7 @@ def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem:
         _SINKS.format("mass"): checkpoint.POSITIVE,
         _SINKS.format("particles"): (count, MAX_PARTICLES),
         **{f".memory['{member_key(name)}']": (0.0, 1.0) for name in scene.regions},
+        f".memory['{DENSITY_FACTOR}']": checkpoint.POSITIVE,
         ".points['companions'].mass": checkpoint.SIZE,
     }
     orbits = ".points['companions'].orbits."

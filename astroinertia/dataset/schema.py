@@ -36,6 +36,7 @@ SNAPSHOT: dict[str, Quantity] = {
     "entropy": Quantity(_S, NUMBER, "1", "entropy function", _ENTROPY),
     "pressure": Quantity(_S, PRESSURE, "Pa", "pressure"),
     "electron_fraction": Quantity(_S, NUMBER, "1", "electron fraction", "electrons a baryon; with deleptonisation"),
+    "density_factor": Quantity(_S, NUMBER, "1", "factor of the density", "of a sum of volumes"),
     "material": Quantity(_S, NUMBER, "1", "material", "its number in the scene's list of materials, from 0"),
 }
 """Per particle, in the order of the particles' identities."""

@@ -122,7 +122,7 @@ class Gravity(Effect):
         if self.order == "fourth":
             unbiased = unbiased - 2.0 / 3.0 * math.pi * KERNELS[fluid.kernel].variance * fluid.smoothing_length**2
         own = {"zeta_over_omega": unbiased / fluid.grad_h}
-        return weighed(own, fluid.standard_density, "zeta_over_omega") if self.volumes else own
+        return weighed(own, fluid, "zeta_over_omega") if self.volumes else own
 
     def kernel_density(self, xp, fluid):
         """The density that the smoothing length follows."""

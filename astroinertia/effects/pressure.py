@@ -12,7 +12,7 @@ from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
-from astroinertia.sph.standard_volumes import weighed
+from astroinertia.sph.standard_volumes import DENSITY_FACTOR, own_density, weighed
 
 CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
 LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
@@ -216,6 +216,14 @@ class Pressure(Effect):
             return (CURVED_OF_VOLUMES,) if self.volumes else (CURVED,)
         return (OF_VOLUMES,) if self.volumes else (PRESSURE,)
 
+    def initial_memory(self, xp, fluid):
+        """The factor of each particle's density where that is a sum of volumes: 1, if nothing else is known."""
+        return {DENSITY_FACTOR: xp.ones_like(fluid.density)} if self.volumes else {}
+
+    def recalled(self, xp, arrays):
+        """The factors that a snapshot has."""
+        return {name: arrays[name] for name in (DENSITY_FACTOR,) if self.volumes and name in arrays}
+
     def gradient_fields(self, xp, fluid):
         """What volumes are made of, for the moment matrix."""
         if self.order == "fourth" and self.volumes:
@@ -229,7 +237,7 @@ class Pressure(Effect):
             moment = fluid.gradients[self.kind]["moment"]
             push = elementwise(xp, pushes, moment, fluid.pressure, fluid.density)
             own |= {"density": fluid.density, "pressure": fluid.pressure, **dict(zip(PUSH, push, strict=True))}
-        return weighed(own, fluid.standard_density, *WEIGHTS) if self.volumes else own
+        return weighed(own, fluid, *WEIGHTS) if self.volumes else own
 
     def weights(self, xp, fluid):
         """Of the slopes of the kernel, and of its curvature where densities are of fourth order."""
@@ -237,7 +245,7 @@ class Pressure(Effect):
             return {"pressure_weight": elementwise(xp, weight, fluid.pressure, fluid.grad_h, fluid.density)[0]}
         curvature = fluid.gradients[self.kind]["curvature"]
         if self.volumes:
-            curvature = fluid.standard_density * curvature
+            curvature = own_density(fluid) * curvature
         both = elementwise(xp, weights, fluid.pressure, fluid.density, fluid.contrast, fluid.grad_h, curvature)
         return dict(zip(("slope_weight", "curvature_weight"), both, strict=True))
 

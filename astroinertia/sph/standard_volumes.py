@@ -14,16 +14,29 @@ size; the masses here are equal and the volumes are not.) From the internal ener
 
 symmetric in i and j: momentum and angular momentum are exact, and work is what internal energy loses. Every other force
 that follows from how the density changes has the same factors: the weight of a particle's own side is multiplied by its
-s, and by the partner's volume per mass 1/s. Tests: tests/unit/sph/test_standard_volumes.py.
+s, and by the partner's volume per mass 1/s.
+
+A particle may have a factor c of its own, that stays with it: rho_i = c_i s_i sum_j (m_j/s_j) W and rho_i h_i^3 =
+c_i m_i eta^3, and c_i s_i stands for its own s_i in forces. With it sums at a free surface, where neighbours are
+missing, are as large as the density there (build.surfaces). Tests: tests/unit/sph/test_standard_volumes.py.
 """
 
 from typing import Any
 
 Array = Any
+DENSITY_FACTOR = "density_factor"
+"""The c of particles among what effects keep of them, (N,)."""
 
 
-def weighed(fields: dict[str, Array], standard: Array, *weights: str) -> dict[str, Array]:
-    """The fields of a pair term of volumes: those weights times s, the others, and the volume per mass, all (N,)."""
-    return {name: standard * array if name in weights else array for name, array in fields.items()} | {
-        "volume": 1.0 / standard
+def own_density(fluid: Any) -> Array:
+    """c s, (N,)."""
+    factor = fluid.memory.get(DENSITY_FACTOR)
+    return fluid.standard_density if factor is None else factor * fluid.standard_density
+
+
+def weighed(fields: dict[str, Array], fluid: Any, *weights: str) -> dict[str, Array]:
+    """The fields of a pair term of volumes: those weights times c s, the others, and the volume per mass, all (N,)."""
+    own = own_density(fluid)
+    return {name: own * array if name in weights else array for name, array in fields.items()} | {
+        "volume": 1.0 / fluid.standard_density
     }

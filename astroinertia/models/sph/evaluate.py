@@ -21,6 +21,7 @@ from astroinertia.models.sph.state import Arrangement, Problem, Rates, State, ro
 from astroinertia.sph.density import Density, density, own_share
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.fourth_order import sharpened
+from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 
 Array = Any
 Sums = dict[str, dict[str, Array]]
@@ -89,13 +90,15 @@ def densities(problem: Problem, pairs: Any, state: State, targets: Array | None 
     """Smoothing lengths, densities and their gradient factors; densities of fourth order where an effect needs them."""
     softening = any(effect.needs_zeta for effect in problem.effects)
     standard = problem.standard_density(state.material)
+    factor = state.memory.get(DENSITY_FACTOR)
     counted = state.mass if standard is None else state.mass / standard
     solved = density(
         problem.engine, pairs, problem.kernel, state.position, counted, state.smoothing_length,
         problem.eta, problem.smoothing_tolerance, softening, targets, problem.fixed_length,
     )  # fmt: skip
     if standard is not None:
-        solved = replace(solved, density=rows(standard, targets) * solved.density)
+        own = standard if factor is None else factor * standard
+        solved = replace(solved, density=rows(own, targets) * solved.density)
     if not any(effect.needs_contrast for effect in problem.effects):
         return solved
     xp = problem.engine.xp

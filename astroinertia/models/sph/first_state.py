@@ -13,6 +13,7 @@ from astroinertia.models.sph.points import opened
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem, Rates, State
 from astroinertia.sph.density import refuse_unsolved, refuse_without_length
+from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 
 _BEYOND = 1e-3  # of an energy, by which particles of single precision may miss it
 
@@ -68,7 +69,8 @@ def initial_state(
         state = replace(state, smoothing_length=solved.smoothing_length)
     acts = problem.terms("neighbour_terms") or problem.terms("all_pair_terms")
     if acts and problem.fixed_length is None:  # else no density is solved for
-        refuse_unsolved(problem.kernel, problem.eta, np.asarray(state.mass), solved, np.asarray(state.identity))
+        counted = np.asarray(state.mass * state.memory.get(DENSITY_FACTOR, 1.0))
+        refuse_unsolved(problem.kernel, problem.eta, counted, solved, np.asarray(state.identity))
     if entropy is None:
         fluid = problem.matter(state.material)
         entropy = fluid.entropy(xp, solved.density, state.entropy)

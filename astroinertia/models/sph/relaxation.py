@@ -17,7 +17,7 @@ then collapse as the exact body does, as long as their noise allows.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
@@ -121,13 +121,14 @@ def relax(
     use_cache: bool = True,
     material: np.ndarray | None = None,
     infall: float | None = None,
+    memory: Mapping[str, np.ndarray] | None = None,
 ) -> Relaxed:
     """Return the body at equilibrium under the problem's pressure and gravity; NumericalError where there is none.
 
     mass (N,), position (N, 3), entropy (N,), in code units; target_density(m) is the density on the shell that encloses
     the mass m; material (N,), where the equation of state has several; infall: the k of a homologous collapse, for
-    which the report has the factor of the entropies. Entropies stay with their particles. The outcome is kept in the
-    user's cache.
+    which the report has the factor of the entropies; memory: what effects know of particles beforehand, (N,) each.
+    Entropies stay with their particles. The outcome is kept in the user's cache.
     """
     key = cache.content_key(
         mass=mass, position=position, entropy=entropy, rotation=None if rotation is None else asdict(rotation),
@@ -135,6 +136,7 @@ def relax(
         smoothing=problem.smoothing_tolerance, engine=[problem.engine.name, problem.engine.precision],
         effects=[repr(effect) for effect in problem.effects], residual=tolerances.residual, version=_VERSION,
         **({} if material is None else {"material": material}), **({} if infall is None else {"infall": infall}),
+        **(memory or {}),
     )  # fmt: skip
     stored = cache.load("relaxed", key) if use_cache else None
     if stored is not None and stored["position"].shape == position.shape:
@@ -142,7 +144,8 @@ def relax(
         report = Report(int(steps), *figures)
         relaxed = Relaxed(stored["position"], stored["velocity"], report, cached=True)
     else:
-        start = initial_state(problem, mass, position, np.zeros_like(position), entropy, material=material)  # at rest
+        still = np.zeros_like(position)
+        start = initial_state(problem, mass, position, still, entropy, material=material, memory=memory)
         wanted = None if target_density is None else _last_kept(target_density)
         relaxed = _descend(problem, *start, wanted, rotation, tolerances, max_steps, listener, infall)
     complaint = verdict(relaxed.report, tolerances, len(mass), _rotational_share(mass, relaxed))

@@ -37,6 +37,11 @@ class LayeredBody(Body):
     layers: Annotated[tuple[Layer, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=16)] = Field(
         description="layers, from the centre outwards"
     )
+    surface: Literal["smoothed", "full"] = Field(
+        default="smoothed",
+        description="full: particles near the surface carry, for good, the factor by which their sums over neighbours "
+        "are short of the planet's density there; for planets that stay whole, with a boundary_pressure",
+    )
 
     @property
     def radius(self) -> None:
@@ -67,6 +72,8 @@ class LayeredBody(Body):
         for layer in self.layers:
             if layer.material not in names:
                 raise ValueError(f"[body] layers are of {', '.join(names)}, but one is of '{shown(layer.material)}'.")
+        if self.surface == "full" and (fluid.boundary_pressure is None or len(names) == 1):
+            raise ValueError('[body] surface = "full" needs two materials with a boundary_pressure.')
         super().check(scene)
 
     def characteristic(self) -> dict[str, Any]:
@@ -81,6 +88,8 @@ class LayeredBody(Body):
             ("particles", f"{self.particles}", f"of {particle_mass} each"),
             ("mass", shown(self.mass, "mass")),
         ]
+        if self.surface == "full":
+            lines.append(("surface", "full", "factors of densities make up for neighbours that are missing"))
         for layer in self.layers:
             label = shown(layer.isentrope, "specific_energy")
             lines.append((f"layer of {layer.material}", f"{layer.mass_fraction:g} of the mass", f"isentrope {label}"))
