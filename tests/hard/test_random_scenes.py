@@ -1,6 +1,7 @@
 """Scenes that are valid, put together by chance: each ends well or with one sentence, and none is silent for long."""
 
 import shutil
+import tomllib
 from collections import Counter
 from contextlib import suppress
 
@@ -15,6 +16,10 @@ from tests.hard.judged_scenes import Judge
 from tests.hard.random_scenes import files, scene_text
 
 PLANNED = 150
+# Rotating stars that are as good as uniform are torn before they shed mass. Where one is refused, the end of its
+# sequence is found by trial, with some 25 stars: in 6 to 23 s of processor time, when all other plans took 16 s.
+UNIFORM = 0.2  # of the index
+UNIFORM_STARS = 4  # of them among the scenes that are only planned; all are among those that are run
 RUN, AT_ONCE = 5000, 250
 CLOSURE = 1e-10  # of the largest tensor of inertia of the run
 # Of an affine body, whose ledger is integrated with it, over the root of the run's relative tolerance. Measured on two
@@ -50,6 +55,25 @@ def judged(command, numbers, folder):
         "longest_silence_seconds": round(longest, 1), "longest_seconds": round(most, 1),
         "refusals": [f"{count} {sentence}" for sentence, count in refusals.most_common(40) if count],
     }  # fmt: skip
+
+
+def planned():
+    """Numbers of scenes, from 0 on, but for those beyond so many with nearly uniform rotating stars."""
+    numbers, number, uniform = [], 0, 0
+    while len(numbers) < PLANNED:
+        found = has_a_nearly_uniform_star(scene_text(number))
+        uniform += found
+        if not found or uniform <= UNIFORM_STARS:
+            numbers.append(number)
+        number += 1
+    return numbers
+
+
+def has_a_nearly_uniform_star(text):
+    """Whether one of its bodies is a rotating star of an index next to 0."""
+    scene = tomllib.loads(text)
+    bodies = scene.get("bodies", [scene.get("body", {})])
+    return any(body.get("kind") == "rotating_star" and body["index"] < UNIFORM for body in bodies)
 
 
 def accepted(texts, folder):
@@ -95,11 +119,13 @@ def unclosed(run):
 
 def test_random_scenes_are_planned_or_refused(tmp_path):
     """The same numbers are the same scenes: every kind of body, of fluid and of model is among them."""
-    texts = [scene_text(number) for number in range(PLANNED)]
+    numbers = planned()
+    texts = [scene_text(number) for number in numbers]
     for kind in ("sph", "ellipsoid", "rigid", "scaling", "rotating_star", "layered", "table", "profile", "standard"):
         assert any(f'"{kind}"' in text for text in texts), kind
-    assert texts[3] == scene_text(3)
-    found = judged("plan", range(PLANNED), tmp_path)
+    assert texts[3] == scene_text(numbers[3])
+    assert len(texts) == PLANNED and sum(map(has_a_nearly_uniform_star, texts)) == UNIFORM_STARS
+    found = judged("plan", numbers, tmp_path)
     assert accepted(texts, tmp_path) > 0.9 * PLANNED  # they are valid
     assert found["ended_well"] > 0.8 * PLANNED, found  # plans refuse stars that cannot be, too
 
