@@ -44,7 +44,7 @@ def posterior_figure(
         lines.append(None if marks is None or name not in marks else marks[name] / scale)
     with style.styled():
         size = 2.3 * len(names) + 0.6
-        figure = Figure(figsize=(size, size))
+        figure = style.Picture(figsize=(size, size))
         corner.corner(
             np.stack(columns, axis=-1),
             labels=labels,

@@ -2,11 +2,13 @@
 
 import json
 import re
+from io import BytesIO
 
 import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from IPython.core.formatters import PNGFormatter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -154,6 +156,17 @@ def test_every_kind_of_run_can_be_drawn(name):
     text = plots.summary(found)
     assert "nan" not in text
     assert len(text.splitlines()) > 8
+
+
+def test_a_notebook_shows_a_figure_without_pyplot(series):
+    figure = pictures.FIGURES["inertia"](series)
+    before = figure.dpi
+    png = PNGFormatter()(figure)
+    with Image.open(BytesIO(png)) as opened:
+        assert opened.format == "PNG"
+        np.testing.assert_allclose(opened.size, figure.get_size_inches() * style.NOTEBOOK, atol=1.0)
+        assert len(np.unique(np.asarray(opened))) > 50
+    assert figure.dpi == before
 
 
 def test_the_summary_tells_the_accuracy_that_was_asked_for_and_why_more_is_stated(series):
