@@ -11,6 +11,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
@@ -63,14 +64,21 @@ def picture(torque: np.ndarray, wheels: dict[float, np.ndarray], curve: tuple[np
         drive.plot(turns, torque, color=style.VERMILLION, label="of the gas")
         drive.axhline(np.trapezoid(torque, ANGLES) / ANGLES[-1], color=style.INK, linestyle="--", label="of the load")
         drive.set(xlabel="turns of the crank", ylabel="torque (N m)", xlim=(0, 2))
-        drive.legend()
+        _legend_above(drive)
         for (moment, rates), colour in zip(wheels.items(), (style.ORANGE, style.BLUE, style.GREEN), strict=True):
             speed.plot(turns, rates * 60 / (2 * np.pi), color=colour, label=f"{moment:g} kg m²")
         speed.set(xlabel="turns of the crank", ylabel="turns a minute", xlim=(0, 2))
-        speed.legend()
+        _legend_above(speed)
         size.loglog(*curve, color=style.BLUE)
         size.set(xlabel="I (kg m²)", ylabel="(greatest - least) / mean speed")
         return figure
+
+
+def _legend_above(axes: Axes) -> None:
+    """A legend that hides no curve."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.35 * (high - low))
+    axes.legend(loc="upper right")
 
 
 def main() -> None:

@@ -122,7 +122,7 @@ def picture(skating: dict, diving: dict, falling: dict) -> Figure:
         figure = style.page("Limbs that move change the spin", (11.0, 7.0))
         panels = figure.subplots(2, 3)
         for axes, of, title in ((panels[0, 0], skating, "A skater"), (panels[0, 1], diving, "A diver")):
-            axes.plot(of["time"], of["rate"] / of["rate"][0], color=style.BLUE, label="angular velocity of the trunk")
+            axes.plot(of["time"], of["rate"] / of["rate"][0], color=style.BLUE, label="spin of the trunk")
             axes.plot(of["time"], of["moment"] / of["moment"][0], color=style.VERMILLION, label="moment of inertia")
             axes.set(xlabel="time (s)", ylabel="over that at the start", title=title)
             axes.legend()
