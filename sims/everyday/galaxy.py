@@ -21,6 +21,7 @@ from astroinertia.plots import style
 DISC, BULGE, BAR = 0.7, 0.15, 0.15  # shares of the mass, which is 1
 LENGTH, HEIGHT = 1.0, 0.15  # of the disc
 SCALE, INSIDE = 0.25, 0.9  # of the bulge, and the share of Plummer's sphere that it is
+ROUND = 0.97  # b/a above which the long axis is where chance has it
 SEMI_AXES, ANGLE = (1.5, 0.5, 0.3), np.radians(35.0)  # of the bar
 
 
@@ -90,9 +91,11 @@ def picture(masses: np.ndarray, places: np.ndarray) -> Figure:
         ratios.semilogx(radii, of_all[:, 1], color=style.ORANGE, label="c/a")
         ratios.set(xlabel="within a radius of (scale lengths)", ylabel="ratio of axes", ylim=(0, 1.02), title="Shape")
         ratios.legend()
-        angles.semilogx(radii, of_all[:, 2], color=style.BLUE)
+        long = of_all[:, 0] < ROUND
+        angles.semilogx(radii[long], of_all[long, 2], color=style.BLUE, label=f"where b/a < {ROUND:g}")
         angles.axhline(np.degrees(ANGLE), color=style.INK, linestyle="--", label="of the bar")
         angles.set(xlabel="within a radius of (scale lengths)", ylabel="angle of the long axis (°)", ylim=(0, 180))
+        angles.set_xlim(ratios.get_xlim())
         for axes in (ratios, angles):
             style.plain_log(axes.xaxis, radii[0], radii[-1])
         angles.set_title("Direction")
