@@ -91,10 +91,19 @@ def _limit(index: float | None, measure: int, value: float) -> tuple[float, str]
 
 
 def _refuse_lost_twice(scene: Scene) -> None:
-    """An exponent below that of relativistic electrons stands for their loss, which deleptonisation follows itself."""
+    """Of matter whose electrons are lost already, by its exponent or its table, or that has none."""
     fluid: Any = scene.equation_of_state
     if fluid is None or "deleptonisation" not in scene.effects:
         return
+    begun = scene.effects["deleptonisation"]["electron_fraction"]
+    for material in fluid.materials if fluid.kind == "materials" else ():
+        own = material.electron_fraction
+        if own is None or abs(own - begun) > _ROUNDED:
+            has = "states none" if own is None else f"has {own:g}"
+            raise SceneError(
+                f"[effects.deleptonisation] takes electrons from matter with an electron_fraction of {begun:g}, and "
+                f"the material {material.name} {has}: both must be the same."
+            )
     key = _COLD_EXPONENTS.get(fluid.kind)
     if key and fluid.first_gamma < 4.0 / 3.0 - _ROUNDED:
         raise SceneError(

@@ -108,6 +108,24 @@ def test_electrons_are_not_lost_twice(matter, refused) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("material", "fraction", "refused"),
+    [
+        ('file = "t.h5", reference_density = "1e10 g/cm3", electron_fraction = 0.42', 0.4971, "material hot has 0.42"),
+        ('file = "t.h5", reference_density = "1e10 g/cm3", electron_fraction = 0.42', 0.42, ""),
+        ('tillotson = "iron"', 0.4971, "material hot states none: both must be the same"),
+    ],
+)
+def test_electrons_are_taken_from_matter_that_has_them(material, fraction, refused) -> None:
+    core = CORE + f'equation_of_state = {{kind = "materials", materials = [{{name = "hot", {material}}}]}}\n'
+    losing = loads(core, [f"effects.deleptonisation.electron_fraction={fraction}"])
+    if not refused:
+        refusals._refuse_lost_twice(losing)
+    else:
+        with pytest.raises(SceneError, match=refused):
+            refusals.refuse_impossible(losing)
+
+
 def test_what_counts_as_surely_held_is_below_the_limit() -> None:
     limit = polytropic_limit(1.5)
     held = dict(refusals._SURELY_HELD)[1.5]
