@@ -28,6 +28,10 @@ from astroinertia.storage.archive import MANIFEST, Archive
 from astroinertia.storage.atomic import own_folder
 
 FOLDER = "companion_runs"
+BESIDE_CHOICE = (
+    "error bars may be larger than the error that the choice of settings states: they have the noise of sums over "
+    "neighbours, too, and of each source twice what three runs tell, or what two tell if its order is half of theory's"
+)
 
 
 def run_scene(
@@ -119,8 +123,11 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
                 share = stopped.share
                 raise CompanionInterrupted(folder, _words(run), number + 1, len(runs), share, stopped.by) from None
             outcomes.append((run, outcome))
+        chosen = main.attrs.get("model") == "sph" and "choice" in main.attrs
         return with_error_bars(main, outcomes).assign_attrs(
-            error_bars_companion_runs=", ".join(run.name for run in runs), error_bars_wall_time=seconds
+            {"error_bars_comment": BESIDE_CHOICE} if chosen else {},
+            error_bars_companion_runs=", ".join(run.name for run in runs),
+            error_bars_wall_time=seconds,
         )
 
     return completed

@@ -396,7 +396,8 @@ def _finished(result: Path, folder: Path) -> int:
 
     attrs = dataset.open(result).attrs
     unclosed = bounds.ledger_message(attrs)
-    for message in (resolution.resolution_message(attrs), unclosed, cli_calibrate.compared(attrs)):
+    bars = str(attrs.get("error_bars_comment", ""))
+    for message in (resolution.resolution_message(attrs), unclosed, bars, cli_calibrate.compared(attrs)):
         if message:
             _say(message)
     _say(f"wrote {result}; look at it with: astroinertia show {folder}")

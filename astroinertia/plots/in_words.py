@@ -260,7 +260,9 @@ def _chosen_for(choice: str) -> str:
 def _bars(dataset: xr.Dataset) -> Table:
     bars = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
     rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in bars.items())
-    return Table("Error bars", ("error bar", "at the end", "maximum", "over the value"), rows, (_WIDTH, 14, 14))
+    comment = " ".join(str(dataset.attrs.get("error_bars_comment", "")).split())
+    below = f"{comment}." if comment else ""
+    return Table("Error bars", ("error bar", "at the end", "maximum", "over the value"), rows, (_WIDTH, 14, 14), below)
 
 
 def _converged(dataset: xr.Dataset) -> Table | None:

@@ -22,11 +22,11 @@ from astroinertia.accuracy.error_bars import (
     with_error_bars,
 )
 from astroinertia.accuracy.exact import exact
-from astroinertia.accuracy.running import FOLDER
+from astroinertia.accuracy.running import BESIDE_CHOICE, FOLDER
 from astroinertia.accuracy.selected_observables import parsed, relative_error, value
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.plots import write_all
+from astroinertia.plots import summary, write_all
 from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.energy import energy_figure
 from astroinertia.plots.error_bars import error_bars_figure
@@ -402,6 +402,15 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
         same = {name: size * abs(data[name.removesuffix("_error")]) for name in map(str, bars) if name[:-6] in data}
         assert_legible(error_bars_figure(data.assign(same)))
     assert "error_bars.png" in [path.name for path in write_all(data, tmp_path / "pictures")]
+
+
+def test_bars_beside_the_error_that_a_choice_states_say_why_they_may_be_larger(tmp_path):
+    scene = BY_NAME["dyson"].scene("body.particles=150", "time.end=0.2", BARS)
+    chosen = scene.model_copy(update={"choice": {"accuracy": "0.01 of I_zz; stated 1.6e-02"}})
+    for each, said in ((chosen, True), (scene, False)):
+        data = astroinertia.open(astroinertia.run_scene(each, tmp_path / str(said)))
+        assert data.attrs.get("error_bars_comment") == (BESIDE_CHOICE if said else None)
+        assert (f"{BESIDE_CHOICE}." in summary(data).splitlines()) == said
 
 
 def test_a_band_reaches_from_value_less_bar_to_value_and_bar():
