@@ -1,6 +1,7 @@
 """The parser of arguments: what its help says, and what commands take. Printing is left to main.py."""
 
 import argparse
+import difflib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -69,6 +70,18 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings) -> None:
         super().__init__(**settings, formatter_class=_Help, allow_abbrev=False)
+
+    def parse_known_args(self, args=None, namespace=None):
+        """As argparse's, but each command refuses what it does not know by itself, with the option that was meant."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            letters = unknown[0].partition("=")[0].lstrip("-")
+            names = [name for name in self._option_string_actions if name.startswith("--")]
+            begun = [name for name in names if letters and name[2:].startswith(letters)]
+            meant = begun or difflib.get_close_matches(unknown[0][:64], names, n=1, cutoff=0.6)
+            hint = f" (did you mean {meant[0]}?)" if meant and unknown[0].startswith("-") else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        return found, unknown
 
     def error(self, message: str) -> NoReturn:
         raise SceneError(f"{message}; `{self.prog} --help` tells more.")

@@ -68,6 +68,19 @@ def test_wrong_arguments_get_one_sentence(arguments, capsys):
     assert caught.err.endswith(".\n")
 
 
+@pytest.mark.parametrize(("given", "meant"), [
+    (["-o", "here"], "--output"), (["--out=here"], "--output"), (["--outptu", "here"], "--output"),
+    (["--eror-bars"], "--error-bars"), (["--zzz"], None), (["other.toml"], None),
+])  # fmt: skip
+def test_an_option_that_a_command_does_not_have_is_refused_with_the_one_that_was_meant(given, meant, capsys):
+    assert main(["run", "star.toml", *given]) == 2
+    said = capsys.readouterr().err
+    hint = f" (did you mean {meant}?)" if meant else ""
+    assert said == (
+        f"astroinertia: unrecognized arguments: {' '.join(given)}{hint}; `astroinertia run --help` tells more.\n"
+    )
+
+
 def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     assert main(["new", "star.toml"]) == 0
     assert main(["plan", "star.toml"]) == 0
