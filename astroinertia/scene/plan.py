@@ -350,7 +350,8 @@ def _seconds(value: float) -> str:
 
 SPLITTING = {
     "global": "all particles take the shortest",
-    "individual": "each particle its own, powers of two of the shortest; their histogram is shown as the run goes",
+    "individual": "each particle its own, in powers of two, where that saves a third of work, else all the shortest; "
+    "their histogram is shown as the run goes",
 }
 
 

@@ -13,6 +13,7 @@ import pytest
 from astroinertia.accuracy.exact import exact
 from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.build.assemble import prepare
+from astroinertia.models.sph import intervals
 from astroinertia.scene import load
 from tests.evolve import reached
 
@@ -72,20 +73,31 @@ def test_three_thousand_particles_follow_it(settings, bar, result):
     assert abs(density) < 0.03
 
 
-@pytest.mark.full(inputs=["sims/homologous_collapse.toml"])
-def test_individual_steps_err_by_the_square_of_their_length():
-    """30, 8.0 and 2.0 % with 1000 particles at courant 0.3, 0.15 and 0.075.
+INDIVIDUAL = "numerics.timesteps=individual"
+
+
+def test_individual_steps_follow_it_as_global_ones_do():
+    """They would save a third of the evaluations, which does not pay: all take the shortest. Measured: 0.08 % in I."""
+    moment, density = collapsed(*FEW, INDIVIDUAL)
+    assert abs(moment) < 2e-3
+    assert abs(density) < 0.03
+
+
+def test_splitting_the_pressure_of_pairs_errs_by_the_square_of_the_steps(monkeypatch):
+    """Where intervals differ nevertheless, I is too large by 25, 6.1 and 1.5 % at courant 0.3, 0.15 and 0.075.
 
     A pair whose intervals differ is kicked over the longer one. In between, what presses on the inner particles from
-    outside and what they press against it are not in balance; on average over time that leaves an error of second order
-    in the step, and the body is drawn in by no more than 3 % of its gravity.
+    outside and what they press against it are not in balance, and they are denser than they should be while forces are
+    evaluated that the kick is not part of. The body is drawn in by no more than 3 % of its gravity. That it is pressure
+    was seen with pairs that are kicked over each particle's own interval, at pressures of the moment, which does not
+    keep momentum: -0.15 and 0.005 % at courant 0.3 and 0.15.
     """
+    monkeypatch.setattr(intervals, "PAYS", 1.0)
     errors = [
-        collapsed(*FEW, "numerics.timesteps=individual", f"numerics.courant={c}", f"numerics.acceleration_factor={c}")[
-            0
-        ]
-        for c in (0.15, 0.075)
+        collapsed(*FEW, INDIVIDUAL, f"numerics.courant={c}", f"numerics.acceleration_factor={c}")[0]
+        for c in (0.3, 0.15)
     ]
+    assert errors[1] > 0.03
     assert 2.5 < errors[0] / errors[1] < 6.0
 
 

@@ -4,7 +4,8 @@ At each of its ends some particles are active: those whose interval ends. Their 
 from all particles around, where those are now; then every pair of which both are active is kicked over half the
 interval that ends and half the one that begins. Rates of change, which time-step limits, viscosity's switch and
 predicted velocities need, are those by all neighbours. At the end of a base step all are active, and the state is one
-like any other: nothing but the state goes from one base step to the next.
+like any other: nothing but the state goes from one base step to the next. Where one interval is for all, the step is
+the global one.
 """
 
 from dataclasses import dataclass, replace
@@ -15,10 +16,17 @@ import numpy as np
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added
 from astroinertia.engines.terms import Output, PairTerm
-from astroinertia.models.sph import active as parts, evaluate, limits as timesteps, points, subcycle
+from astroinertia.models.sph import (
+    active as parts,
+    evaluate,
+    limits as timesteps,
+    points,
+    step as global_steps,
+    subcycle,
+)
 from astroinertia.models.sph.active import BlockStep, HalfIntervals, opened
 from astroinertia.models.sph.evaluate import Sums, add_sums
-from astroinertia.models.sph.intervals import NEIGHBOURS, base_step, merged, rungs
+from astroinertia.models.sph.intervals import NEIGHBOURS, base_step, merged, rungs, rungs_that_pay
 from astroinertia.models.sph.limits import shortest, total_acceleration
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
 from astroinertia.sph.fluid import Fluid
@@ -72,6 +80,9 @@ def step(problem: Problem, arrangement: Arrangement, state: State, until: float)
     longest = min(remaining, 2.0**beyond * float(np.max(limits)))
     met = float(timesteps.contact(problem, state.rates.fluid, np.float64(longest))) if meets else np.inf
     base, rung = base_step(limits, min(remaining, met), beyond)
+    if not rung.any():
+        taken = Taken(np.bincount(rung), len(rung), 1)
+        return global_steps.step(problem, arrangement, state, np.float64(base)), arrangement, taken
     block = opened(problem, arrangement, state, base, limits)
     block.pairs = lists
     everyone = np.arange(block.count)
@@ -275,6 +286,8 @@ def _distant_sums(block: BlockStep) -> Sums:
 def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
     """The longest interval of each particle, (N,), by its own limits and with neighbours' within a factor of two."""
     limits = own_limits(problem, state.rates)
+    if not rungs_that_pay(limits):  # nor do they with those that are agreed on, which are closer together
+        return limits
     shared = evaluate.shared_fields(state.rates.fluid)
     fields = {**shared, "position": state.position, "interval": np.zeros(len(limits))}
     for _ in range(RINGS):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import NumericalError
-from astroinertia.models.sph.intervals import DEEPEST, Clock, base_step, merged, rungs, weighted_sets
+from astroinertia.models.sph.intervals import DEEPEST, Clock, base_step, merged, rungs, rungs_that_pay, weighted_sets
 
 
 def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:
@@ -39,6 +39,16 @@ def test_the_base_step(limits: list[float], remaining: float, base: float) -> No
     found, rung = base_step(np.array(limits), remaining)
     assert found == pytest.approx(base, rel=1e-15)
     assert (found / 2.0**rung <= np.array(limits)).all()
+
+
+@pytest.mark.parametrize(("short", "finest"), [(60, 0), (50, 0), (40, 0), (20, 1), (5, 1)])
+def test_several_rungs_are_for_where_few_particles_need_short_intervals(short: int, finest: int) -> None:
+    """Of 100, `short` need half the interval of the others: splitting is to save a third, not a few percent."""
+    limits = np.array([1.0] * short + [2.1] * (100 - short))
+    assert rungs_that_pay(limits) == finest
+    base, rung = base_step(limits, 100.0, 1)
+    assert base == pytest.approx(0.95 * 4.0 if finest else 1.0, rel=1e-15)
+    assert rung.any() == bool(finest)
 
 
 def test_a_base_step_may_be_longer_than_every_interval() -> None:
