@@ -42,6 +42,7 @@ class Code:
         self.read = read or (lambda name: (root / name).read_bytes())
         self._files: dict[str, tuple[str, dict[str, Needs]]] = {}
         self._closures: dict[tuple[str, bool], frozenset[str]] = {}
+        self._steps: dict[tuple[str, str, bool], list[tuple[str, str]]] = {}  # what parts of files lead to
         self._digests: dict[str, str] = {}
         paths = sorted(path for top in TOPS for path in (root / top).rglob("*.py"))
         self._modules = {_module(path.relative_to(root)): path.relative_to(root).as_posix() for path in paths}
@@ -74,8 +75,14 @@ class Code:
             seen.add(place)
             name, body = place
             if name.endswith(".py"):
-                todo += self._needed(name, self._parsed(name)[1][body], gaps or name != test)
+                todo += self._led_to(name, body, gaps or name != test)
         return {name for name, _ in seen}
+
+    def _led_to(self, name: str, body: str, gaps: bool) -> list[tuple[str, str]]:
+        part = name, body, gaps
+        if part not in self._steps:
+            self._steps[part] = list(self._needed(name, self._parsed(name)[1][body], gaps))
+        return self._steps[part]
 
     def _needed(self, name: str, needs: Needs, gaps: bool) -> Iterator[tuple[str, str]]:
         whole, bare = set(needs.imports), set(needs.packages)
