@@ -177,12 +177,13 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     body: Any = scene.body
     if isinstance(body, LayeredBody):
         return _limits_of_planet(scene, end, stirred)
-    if _initial(scene) is None or body.particles is None:
+    initial = _initial(scene)
+    if initial is None or body.particles is None:
         return NOT_KNOWN
     sphere = sphere_of(scene)
     if sphere.settled:
         tide, index = scene.effects.get("tide"), getattr(body, "index", None)
-        torn_apart = torn.grown(tide, code_units(scene), index, _initial(scene).mass, sphere.size, end)
+        torn_apart = torn.grown(tide, code_units(scene), index, initial.mass, sphere.size, end)
         times, sizes = contraction(sphere, end) if torn_apart is None else torn_apart
     else:
         times, sizes = course(sphere, end)
