@@ -65,6 +65,8 @@ class Counts:
 
         From one time to the next steps are rounded up to a whole number: by a half, or to one where they are longer.
         """
+        if not times > 0.0:
+            return self
         own, work, ends = (count * np.diff(self.done) for count in (self.steps, self.evaluations, self.ends))
         apart = times / SHARES
         steps = own + apart * (rounded_up(own / apart) - own / apart)

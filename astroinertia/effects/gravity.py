@@ -64,7 +64,7 @@ class Gravity(Effect):
     force_error: float = FORCE_ERROR
     softening: Any = None
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
-    volumes: bool = field(default=False, metadata={"static": True})
+    volumes: bool = field(default=False, metadata={"static": True, "of_problem": True})
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True

@@ -164,7 +164,7 @@ class Pressure(Effect):
 
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})
     gradients: Literal["kernel", "integral"] = field(default="kernel", metadata={"static": True})
-    volumes: bool = field(default=False, metadata={"static": True})
+    volumes: bool = field(default=False, metadata={"static": True, "of_problem": True})
 
     kind: ClassVar[str] = "pressure"
     central: ClassVar[bool] = True

@@ -328,6 +328,7 @@ def test_steps_are_rounded_up_to_the_times_of_outputs():
     own = pilot({"pressure": [1.0] * 100}).counts(100)
     assert own.meeting(50.0).steps == pytest.approx(125.0)
     assert own.meeting(1000.0).steps == pytest.approx(1000.0)
+    assert own.meeting(0.0) == own  # a run that ends before the first time
     more = pilot({"pressure": [1.0] * 110}).counts(110).meeting(100.0)  # 1.1 from one time to the next are two
     assert more.steps == pytest.approx(200.0)
     uneven = pilot({"pressure": [50.0] + [0.5] * 100}).counts(100).meeting(10.0)  # 5 times in one step, 5 in 100

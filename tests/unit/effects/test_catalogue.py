@@ -18,7 +18,7 @@ def test_the_catalogue_describes_the_options_that_the_effect_has(kind: str) -> N
     made = catalogue.load(kind)
     assert made.__name__ == entry.class_name
     assert made.kind == kind
-    fields = {field.name: field for field in dataclasses.fields(made)}
+    fields = {field.name: field for field in dataclasses.fields(made) if not field.metadata.get("of_problem")}
     assert set(entry.options) == set(fields)
     for name, option in entry.options.items():
         assert option.dimension in {*DIMENSIONS, "choice", "boolean"}

@@ -85,7 +85,7 @@ class Chosen(Exception):
 
 
 def test_a_table_is_counted_before_the_method_is_chosen(tmp_path, monkeypatch) -> None:
-    def refuse(problem: Problem, *_: object) -> None:
+    def refuse(problem: Problem, *_: object, **__: object) -> None:
         raise Chosen(problem.effects[0].method)
 
     monkeypatch.setattr(start_sph, "initial_state", refuse)  # compiles for a minute, and chooses nothing
