@@ -33,10 +33,11 @@ def add_arguments(add: Add) -> None:
 def deadline(options: Options, begun: float | None = None) -> float:
     """The instant of time.monotonic() by which the run is to be stopped; what began now unless it is said.
 
-    Whatever the run does then, such as compile, and has nothing to save, it is ended.
+    Whatever the run does then, such as compile, and has nothing to save, it is ended; but for one of several processes
+    of JAX, for which the others wait: these stop after the same step.
     """
     instant = (time.monotonic() if begun is None else begun) + options.max_wall
-    if instant < math.inf:
+    if instant < math.inf and getattr(options, "coordinator", None) is None:
         interrupts.end_by(instant, LIMIT, INTERRUPTED)
     return instant
 
