@@ -88,8 +88,7 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
     problem, _ = problem_of(scene, units, count)
     several = len(getattr(problem.equation_of_state, "names", ()))
     shapes = {"mass": (count,), "position": (count, 3), "velocity": (count, 3), "entropy": (count,), "time": ()}
-    recalling: list[Any] = [effect for effect in problem.effects if hasattr(effect, "recalled")]
-    if recalling and (recalled := [name for name in SHOWN if name in arrays]):
+    if recalled := [name for name in SHOWN if name in arrays]:
         shapes |= dict.fromkeys(("density", *recalled), (count,))
     kinds: dict[str, Any] = {name: (np.dtype(np.float64), shape) for name, shape in shapes.items()}
     if several > 1:
@@ -99,7 +98,7 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
               DENSITY_FACTOR: checkpoint.POSITIVE}  # fmt: skip
     checkpoint.check(arrays, kinds, limits)
     memory: dict[str, np.ndarray] = {}
-    for effect in recalling:
+    for effect in problem.effects:
         memory |= {name: np.asarray(array) for name, array in effect.recalled(np, arrays).items()}
     return _begun(scene, units, {name: arrays[name] for name in kinds}, float(arrays["time"]), memory)
 

@@ -97,13 +97,14 @@ def predict(scene: Scene, machine: Machine, by: int = 1) -> Prediction | None:
     return None
 
 
-def _predicted(scene: Scene, alone: Machine, by: int) -> Prediction | None:
-    machine = processes.shared_out(alone, by)
+def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     if scene.model != "sph":
         return _without_particles(scene, machine)
     particles = _placed(scene)
     if particles is None or scene.numerics.engine != "numba_cpu":
         return None
+    share = processes.share(particles, by)
+    machine = processes.shared_out(machine, by) if share else machine
     own = counted(scene)
     if own is None:
         return None
@@ -122,11 +123,11 @@ def _predicted(scene: Scene, alone: Machine, by: int) -> Prediction | None:
     one = costs["record"] + particles * costs["record.particle"] + again
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
-    if by > 1:
+    if share:
         parts["steps: sending"] = counts.evaluations * processes.sending(particles, by)
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
-    shortened, got = met.evaluations / own.evaluations, processes.received(particles, by)
+    shortened, got = met.evaluations / own.evaluations, processes.received(particles, by) if share else 0.0
     return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got)
 
 

@@ -1,7 +1,8 @@
 """What a run takes that processes of MPI share out: sums over pairs are divided, all else each process does for itself.
 
-Measured (tests/benchmarks/results/processes.md): of a step of Evrard's cloud, one process of two has 0.59 of the
-processor time of one alone, one of four 0.43 (20,000 and 100,000 particles). Tests: tests/unit/costs/test_processes.py.
+Measured (tests/benchmarks/results/processes.md): of a step of Evrard's cloud with 20,000 particles, one process of two
+has 0.63 (mixed) and 0.57 (float64) of the processor time of one alone, one of four 0.45 and 0.36.
+Tests: tests/unit/costs/test_processes.py.
 """
 
 from dataclasses import replace
@@ -10,16 +11,27 @@ from astroinertia.costs.machine import PRECISIONS, Machine
 from astroinertia.process.stopwatch import Seconds
 
 SHARED = "density", "gradients", "forces", "multipole"  # passes over pairs, by their names among costs
-NOT_SHARED = 0.06  # of those passes: expansions of the tree's nodes, and putting particles in order for vectors
+# Of those passes: expansions of the tree's nodes, and putting particles in order for vectors. 100,000 particles have
+# 0.04 by a profile of 16 steps; with 0.06, 20,000 come out within 15 % of what was measured.
+NOT_SHARED = 0.06
 RESULTS = 400.0  # bytes of sums a particle and evaluation, of gravity, pressure and viscosity
 NETWORK = 1.25e9  # bytes a second between processes: 10 Gbit/s
 
 
+def share(particles: int, processes: int) -> bool:
+    """Whether so many processes share out a pass over so many particles at all."""
+    if processes == 1:
+        return False
+    from astroinertia.engines.together import FEWEST  # one process has no part of an engine
+
+    return particles >= FEWEST * processes
+
+
 def shared_out(machine: Machine, processes: int) -> Machine:
     """The machine as one of so many processes finds it, each of which has all of the machine's threads to itself."""
-    share = NOT_SHARED + (1.0 - NOT_SHARED) / processes
+    left = NOT_SHARED + (1.0 - NOT_SHARED) / processes
     passes = {f"{precision}.{name}" for precision in PRECISIONS for name in SHARED}
-    seconds = {name: share * cost if name in passes else cost for name, cost in machine.seconds.items()}
+    seconds = {name: left * cost if name in passes else cost for name, cost in machine.seconds.items()}
     return replace(machine, seconds=seconds)
 
 

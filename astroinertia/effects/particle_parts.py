@@ -103,6 +103,10 @@ class ParticleParts:
         """That state, `interval` after it was last brought up to date (0 on the first evaluation)."""
         return {}
 
+    def recalled(self, xp: Any, arrays: Any) -> dict[str, Any]:
+        """What of that state the arrays (N,) of a snapshot have, by name; what they lack begins again."""
+        return {}
+
     def acceleration(self, xp: Any, fluid: Any) -> Any | None:
         """Per-particle acceleration (N, 3) that does not depend on the particle's own velocity."""
         return None

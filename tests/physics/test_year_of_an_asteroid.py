@@ -12,26 +12,9 @@ import astroinertia
 from astroinertia.models.rigid.evolution import RigidBody
 from astroinertia.run import loop
 from astroinertia.scene import load
+from tests.benchmarks import rigid_records
 
-SCENE = """
-name = "tumbling_asteroid"
-model = "rigid"
-[body]
-kind = "rigid"
-mass = "1.9e13 kg"
-radius = "1.22 km"
-moment_ratios = [0.236, 0.730, 0.760]
-rotation = { period = "5.4 d", axis = [0.9, 0.3, 0.3] }
-[effects.internal_dissipation]
-time_scale = "100 d"
-[numerics]
-integrator = "splitting"
-order = 6
-[time]
-end = "365.25 d"
-[output]
-series_every = "1 h"
-"""
+SCENE = rigid_records.SCENE.replace("INTEGRATOR", "splitting")
 HOURS = 8766
 
 

@@ -19,6 +19,7 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.models.sph import (
     active as parts,
     evaluate,
+    intervals,
     limits as timesteps,
     points,
     step as global_steps,
@@ -26,7 +27,7 @@ from astroinertia.models.sph import (
 )
 from astroinertia.models.sph.active import BlockStep, HalfIntervals, opened
 from astroinertia.models.sph.evaluate import Sums, add_sums
-from astroinertia.models.sph.intervals import NEIGHBOURS, base_step, merged, rungs, rungs_that_pay
+from astroinertia.models.sph.intervals import NEIGHBOURS, merged, rungs
 from astroinertia.models.sph.limits import shortest, total_acceleration
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
 from astroinertia.sph.fluid import Fluid
@@ -72,15 +73,17 @@ class Taken:
 
 def step(problem: Problem, arrangement: Arrangement, state: State, until: float) -> tuple[State, Arrangement, Taken]:
     """One base step, not past `until`, of particles that were just sorted."""
-    lists = evaluate.listed(problem, arrangement.pairs, state)
-    limits = agreed_limits(problem, lists, state)
+    limits, lists = own_limits(problem, state.rates), None
+    if intervals.rungs_that_pay(limits):  # nor do they with limits that are agreed on, which are closer together
+        lists = evaluate.listed(problem, arrangement.pairs, state)
+        limits = agreed_limits(problem, lists, state, limits)
     # What is on its way is not to be met in the middle of an interval.
     meets = bool(problem.terms("neighbour_terms"))
     remaining, beyond = until - float(state.time), 0 if _act_with_base(problem) else BEYOND
     longest = min(remaining, 2.0**beyond * float(np.max(limits)))
     met = float(timesteps.contact(problem, state.rates.fluid, np.float64(longest))) if meets else np.inf
-    base, rung = base_step(limits, min(remaining, met), beyond)
-    if not rung.any():
+    base, rung = intervals.base_step(limits, min(remaining, met), beyond)
+    if lists is None or not rung.any():
         taken = Taken(np.bincount(rung), len(rung), 1)
         return global_steps.step(problem, arrangement, state, np.float64(base)), arrangement, taken
     block = opened(problem, arrangement, state, base, limits)
@@ -283,11 +286,8 @@ def _distant_sums(block: BlockStep) -> Sums:
     return {kind: {"acceleration": array} for kind, array in block.under("distant").items()}
 
 
-def agreed_limits(problem: Problem, pairs: Any, state: State) -> Array:
-    """The longest interval of each particle, (N,), by its own limits and with neighbours' within a factor of two."""
-    limits = own_limits(problem, state.rates)
-    if not rungs_that_pay(limits):  # nor do they with those that are agreed on, which are closer together
-        return limits
+def agreed_limits(problem: Problem, pairs: Any, state: State, limits: Array) -> Array:
+    """The longest intervals (N,) of particles by their own limits (N,), and within a factor of two of neighbours'."""
     shared = evaluate.shared_fields(state.rates.fluid)
     fields = {**shared, "position": state.position, "interval": np.zeros(len(limits))}
     for _ in range(RINGS):

@@ -56,6 +56,12 @@ def test_one_process_takes_what_it_takes_without_others_and_more_take_less_until
     assert times[0] / times[-1] < 10.0  # what is not shared out stays
 
 
+def test_few_particles_are_not_shared_out():
+    scene = cloud(1000)
+    assert predict(scene, machine.shipped(), 4) == predict(scene, machine.shipped())
+    assert predict(scene, machine.shipped(), 2) != predict(scene, machine.shipped())
+
+
 def test_a_plan_says_it_and_refuses_what_processes_do_not_share(capsys):
     evrard = str(SIMS / "evrard.toml")
     assert main(["plan", evrard, "--set", "body.particles=100000", "--processes", "4"]) == 0
