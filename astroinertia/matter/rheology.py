@@ -72,6 +72,25 @@ def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, d
 
 
 @with_quantities()
+def absorption_band(frequency: Array, quality: Array, reference_frequency: Array, exponent: float) -> Array:
+    """Matter whose Q goes as omega^alpha, over its compliance at the frequency (rad/s) of its moduli and of that Q.
+
+    1 + (cot(alpha pi/2) (x - 1) - i x)/Q with x = (omega_r/omega)^alpha takes moduli of seismic waves to the frequency
+    of a tide: with alpha near 0 (1e-6) Q is constant, and the compliance grows by (2/(pi Q)) ln(omega_r/omega). The
+    transient part of Andrade's creep has this form exactly, others to first order in 1/Q. ValueError for an exponent
+    that is not between 0 and 1. Source: Wahr & Bergen 1986, GJRAS 87, 633, as in IERS TN 36, 6.2.1; Kanamori & Anderson
+    1977, Rev. Geophys. 15, 105. Checked by tests/unit/matter/test_rheology.py.
+
+    >>> print(f"{absorption_band(1e-4, 100.0, 1.0, 0.15):.4f}")  # four decades below: softer by 12 %, Q 27
+    1.1242-0.0398j
+    """
+    if isinstance(exponent, float) and not 0 < exponent < 1:
+        raise ValueError("the exponent of an absorption band is between 0 and 1")
+    turned = 1j**-exponent
+    return 1 + (turned * (reference_frequency / frequency) ** exponent - turned.real) / (-turned.imag * quality)
+
+
+@with_quantities()
 def dissipation(
     love_number: Array,
     fluid_love_number: Array,

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from astroinertia.bodies import clairaut
-from astroinertia.bodies.earth import elastic_prem, prem
+from astroinertia.bodies.earth import elastic_prem, prem, prem_shear_quality
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.love_numbers import YieldingBody, interior, love_numbers, seismic_body, yielding_body
-from astroinertia.matter.rheology import andrade, burgers, dissipation, maxwell
+from astroinertia.matter.rheology import absorption_band, andrade, burgers, dissipation, kelvin_voigt, maxwell
 from astroinertia.units import GRAVITATIONAL_CONSTANT as G
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "viscoelastic.json").read_text())
@@ -25,6 +26,32 @@ WANG = {
     4: (-1.0526477, 0.058670467, -0.13352284), 6: (-1.1431163, 0.038586926, -0.090184841),
     10: (-1.4223516, 0.028273961, -0.068934145),
 }  # fmt: skip
+
+# Moons of Walterova, Behounkova & Efroimsky 2023, JGR Planets 128, e2022JE007652 (best fits in github.com/kanovami/
+# Lunar_Q): chi2 of their fit; rigidity (GPa), log10 viscosity, exponent and log10 zeta of the mantle; the densities of
+# mantle and core (kg m-3), the core's radius (km); then, of a mantle whose grains slide, log10 strength and time over
+# Maxwell's, of a molten layer its density, radius, log10 viscosity and rigidity.
+SOLID_MOONS = [
+    (2.1763, 87.996847, 22.32699, 0.059875, 0.96365, 3373.76, 5237.837, 425.983904),
+    (2.0921, 87.669569, 27.159021, 0.060599, -3.885701, 3373.708, 5271.606, 423.466767),
+]
+SLIDING_MOONS = [
+    (1.4834, 66.575712, 25.803178, 0.257867, -2.771727, 3373.368, 5005.342, 446.401442, -1.19258, -8.981773),
+    (1.3851, 65.982746, 21.242075, 0.262261, 2.238093, 3373.476, 5054.198, 441.854858, -1.115779, -4.363696),
+]
+MOLTEN_MOONS = [
+    (0.7956, 83.97149, 22.683994, 0.148462, 1.078689, 3373.265, 5782.789, 392.92142,
+     3373.957, 660.358694, 14.94637, 47.186919),
+    (0.7660, 86.446277, 22.807297, 0.137802, 1.246084, 3369.616, 6546.758, 371.454132,
+     3373.921, 678.983106, 14.88597, 31.561349),
+]  # fmt: skip
+# What they fit: k2 and Q at a month, k2/Q at a year (Williams et al. 2014, Williams & Boggs 2015), k3 (Konopliv et al.
+# and Lemoine et al. 2013), h2 (Thor et al. 2021), I/(M R^2) and the mass (Williams et al. 2014), each with its error.
+OF_THE_MOON = np.array([
+    (0.02422, 0.00022), (38.0, 4.0), (6.2e-4, 1.4e-4), (0.0081, 0.0018), (0.0387, 0.0025), (0.392728, 1.2e-5),
+    (7.3463e22, 8.8e18),
+])  # fmt: skip
+MONTH, YEAR = 2 * np.pi / (27.212 * 86400), 2 * np.pi / (365.26 * 86400)
 
 
 def homogeneous(degree, rigidity):
@@ -88,6 +115,87 @@ def test_moon_and_mars_as_observed():
     # one: Mazarico et al. 2014, GRL 41, 2282, whose error is 0.0033
     k, h, _ = love_numbers(interior("Moon"))
     assert 0.95 < k / 0.02405 < 1 and h == pytest.approx(0.0371, abs=2 * 0.0033)
+
+
+@pytest.mark.parametrize("row", [*SOLID_MOONS, *SLIDING_MOONS, *MOLTEN_MOONS])
+def test_published_moons_that_creep_have_the_tides_of_the_moon(row):
+    """k2, Q, h2 and k3 within their errors (k3 within 1.2 of its own), and the chi2 that was published, to 0.003."""
+    chi2, rigidity, viscosity, exponent, zeta, mantle, core, core_radius, *more = row
+    time = 10**viscosity / (rigidity * 1e9)
+    creep = partial(andrade, relaxation_time=time, exponent=exponent, decay_time=10**zeta * time)
+    radii, densities, moduli, laws = [core_radius * 1e3], [core], [0.0], [None]
+    if len(more) == 2:
+        slide = partial(kelvin_voigt, relaxation_time=10 ** more[1] * time)
+        laws.append(lambda rate: creep(rate) + 10 ** more[0] * slide(rate))
+    elif more:
+        radii, densities, moduli = [*radii, more[1] * 1e3], [core, more[0]], [0.0, more[3] * 1e9]
+        laws.append(partial(maxwell, relaxation_time=10 ** more[2] / moduli[1]))
+    laws = [*laws, None] if len(more) == 2 else [*laws, creep, None]
+    edges = np.array([*radii, 1737.151e3 - 40e3, 1737.151e3])
+    densities, moduli = np.array([*densities, mantle, 2550.0]), [*moduli, rigidity * 1e9, rigidity * 1e9]
+    moon = yielding_body(constant_layers(edges, densities, G), moduli, rheology=laws)
+    month, year = love_numbers(moon, 2, MONTH), love_numbers(moon, 2, YEAR)
+    mass = 4 / 3 * np.pi * densities @ np.diff(edges**3, prepend=0.0)
+    moment = 8 / 15 * np.pi * densities @ np.diff(edges**5, prepend=0.0) / (mass * edges[-1] ** 2)
+    if len(more) == 4:  # the moment that they fit has the layer reach up to the crust
+        moment = 8 / 15 * np.pi * densities[[0, 1, 3]] @ np.diff(edges[[0, 2, 3]] ** 5, prepend=0.0)
+        moment /= mass * edges[-1] ** 2
+    quality = 1 / np.sin(-np.angle(month.k))
+    found = [month.k.real, quality, -year.k.imag, love_numbers(moon, 3, MONTH).k.real, month.h.real, moment, mass]
+    off = (found - OF_THE_MOON[:, 0]) / OF_THE_MOON[:, 1]
+    assert np.abs(off[[0, 1, 2, 4]]).max() < 1.0 and abs(off[3]) < 1.2
+    assert off @ off == pytest.approx(chi2, abs=3e-3)
+
+
+def test_prem_is_softer_at_a_tide_by_its_quality():
+    """From seismic Q to the tide M2 by IERS's law (TN 36, 6.2.1: alpha 0.15 beyond 200 s), from PREM's own Q.
+
+    IERS, by the Q of Widmer et al. 1991: k2 from 0.29801 to 0.30102 - 0.00130i; h2 is 0.6078 of the turning ellipsoid.
+    """
+    earth, tide = elastic_prem(), 2 * np.pi / (12.4206 * 3600)
+    laws = [
+        None if math.isinf(quality) else partial(
+            absorption_band, quality=quality, reference_frequency=2 * np.pi / 200, exponent=0.15
+        )
+        for quality in prem_shear_quality()[:-1]
+    ]  # fmt: skip
+    found = love_numbers(YieldingBody(earth.layers, earth.rigidity, earth.bulk_modulus, laws), 2, tide)
+    more = found.k - love_numbers(earth).k
+    assert more.real == pytest.approx(0.00301, rel=0.06) and more.imag == pytest.approx(-0.00130, rel=0.06)
+    assert found.k.real == pytest.approx(0.30102, rel=2e-3) and found.h.real == pytest.approx(0.6078, rel=4e-3)
+
+
+def banded(planet, quality, exponent, rate):
+    """Love numbers of a planet whose solids have an absorption band from 1 Hz on, so that Q of its k2 is that one."""
+
+    def at(seismic):
+        law = partial(absorption_band, quality=seismic, reference_frequency=2 * np.pi, exponent=exponent)
+        laws = [law if np.any(row) else None for row in planet.rigidity]
+        return love_numbers(YieldingBody(planet.layers, planet.rigidity, planet.bulk_modulus, laws), 2, rate)
+
+    seismic = brentq(lambda q: 1 / np.sin(-np.angle(at(q).k)) - quality, 1.1 * quality, 1e5 * quality, rtol=1e-6)
+    return seismic, at(seismic)
+
+
+def test_seismic_moon_and_mars_at_the_periods_of_their_tides():
+    """What Q makes of k2 by the exponent of its band, of which 0.1 to 0.5 are published.
+
+    To first order a change of a complex compliance changes k by its real part as by its imaginary one, which is k/Q. Q
+    of the Moon at a month is 38 (Williams & Boggs 2015), that of Mars at 5.55 h 93 (Pou et al. 2022).
+    """
+    moon, mars = interior("Moon"), interior("Mars")
+    seismic = {}
+    for planet, quality, rate in ((moon, 38.0, MONTH), (mars, 93.0, 2 * np.pi / (5.55 * 3600))):
+        elastic = love_numbers(planet).k
+        for exponent in (0.1, 0.3, 0.4, 0.5):
+            seismic[exponent], found = banded(planet, quality, exponent, rate)
+            band = (1 - (rate / (2 * np.pi)) ** exponent) / np.tan(0.5 * np.pi * exponent)
+            assert found.k.real - elastic == pytest.approx(-band * found.k.imag, rel=0.01)
+            if planet is moon:  # its k2, on the mean radius: from 0.4 on
+                assert (abs(found.k.real - 0.02422) < 0.00022) == (exponent >= 0.4)
+                assert (abs(found.h.real - 0.0387) < 0.0050) == (exponent >= 0.3)  # two errors
+            else:
+                assert (abs(found.k.real - 0.174) < 0.008) == (exponent >= 0.3)
 
 
 def test_fluids_have_the_love_numbers_of_clairauts_equation():

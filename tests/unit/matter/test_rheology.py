@@ -1,5 +1,7 @@
 """Complex compliances against the creep of the same solids in time, and how much heat they make."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -35,6 +37,29 @@ def test_a_dashpot_beside_a_spring_delays_it():
     assert both == pytest.approx(1 + 1 / (3j * frequency) + 0.5 * exact, rel=1e-15)
     with pytest.raises(ValueError, match="between 0 and 1"):
         rheology.andrade(1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(("exponent", "frequency"), [(0.15, 1e-5), (0.3, 1e-3), (0.5, 7.0)])
+def test_an_absorption_band_is_creep_by_a_power_of_time(exponent, frequency):
+    quality, reference = 80.0, 2.0
+    found = rheology.absorption_band(frequency, quality, reference, exponent)
+    # the same with the elastic compliance that is left at high frequencies, and Andrade's creep without Maxwell's
+    at_once = 1 - 1 / (quality * np.tan(exponent * np.pi / 2))
+    assert rheology.absorption_band(1e40, quality, reference, exponent) == pytest.approx(at_once, rel=1e-4)
+    decay = (math.gamma(1 + exponent) * np.sin(exponent * np.pi / 2) * quality * at_once) ** (1 / exponent) / reference
+    assert found == pytest.approx(at_once * rheology.andrade(frequency, np.inf, exponent, decay), rel=1e-12)
+    own = rheology.absorption_band(reference, quality, reference, exponent)
+    assert own == pytest.approx(1 - 1j / quality, rel=1e-14)
+    ratio = rheology.absorption_band(2 * frequency, quality, reference, exponent).imag / found.imag
+    assert ratio == pytest.approx(0.5**exponent, rel=1e-13)
+
+
+def test_an_absorption_band_of_constant_quality_disperses_by_the_logarithm():
+    found = rheology.absorption_band(np.array([1e-4, 1.0, 10.0]), 200.0, 1.0, 1e-7)
+    np.testing.assert_allclose(found, 1 + (2 / np.pi * np.log([1e4, 1.0, 0.1]) - 1j) / 200.0, rtol=3e-8)
+    for exponent in (0.0, 1.0, -0.2):
+        with pytest.raises(ValueError, match="between 0 and 1"):
+            rheology.absorption_band(1.0, 100.0, 1.0, exponent)
 
 
 def test_heat_is_greatest_at_the_relaxation_time_of_the_whole_body():
