@@ -27,6 +27,7 @@ from astroinertia.scene.body_kinds.layered import LayeredBody
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
+from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
@@ -272,6 +273,10 @@ def sphere_of(scene: Scene) -> Sphere:
         central = float(profile.density(np.array(0.0))) * mass / size**3
         sound = math.sqrt(fraction * _central_sound(profile, mass / size, gamma))
         sound *= (densest / central) ** (0.5 * (gamma - 1.0))
+    adds = further_pressure(scene) if has_pressure else None
+    if adds is not None:
+        dense = profile.density(shells_at) * mass / size**3
+        heat += 3.0 * float(np.mean(adds(dense) / dense)) / square
     alone = body.expansion(mass, size), body.homologous
     return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, outer, sound,
                   mass / body.particles, size, *alone, *_cooling(scene))  # fmt: skip
@@ -378,7 +383,8 @@ def _shells(scene: Scene, sphere: Sphere) -> shells.Shells:
     if sinks is not None:
         sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
     turning = (0.0 if body.spin is body else _spin(scene, initial, places)) * radius**4
-    return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink)
+    adds = further_pressure(scene)
+    return shells.Shells(mass, radius, pressure, sphere.gamma, pieces, thermal, turning, sink, adds)
 
 
 def _stated_constant(scene: Scene, initial: Initial, gamma: float) -> float | None:

@@ -6,7 +6,7 @@ matter. What is followed serves to count steps (costs.course), and nothing else.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,7 +29,7 @@ class Shells:
 
     gamma: exponent of the pressure at first; pieces: densities, rising, and the exponents above each; thermal: exponent
     of heat from shocks, None where matter is not heated. turning (K,): square of the specific angular momentum. sink:
-    density from which on what comes within a radius is gone.
+    density from which on what comes within a radius is gone. further: what effects add to the pressure at densities.
     """
 
     mass: np.ndarray
@@ -40,6 +40,7 @@ class Shells:
     thermal: float | None
     turning: np.ndarray
     sink: tuple[float, float] | None = None
+    further: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -156,7 +157,7 @@ def _volumes(edges: np.ndarray) -> np.ndarray:
 
 
 def _cold(shells: Shells, first: np.ndarray, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The pressure without heat of shocks, and its exponent."""
+    """The pressure without heat of shocks, and the exponent of the equation of state's."""
     pressure = shells.pressure * (density / first) ** shells.gamma
     exponent = np.full_like(density, shells.gamma)
     below = shells.gamma
@@ -165,4 +166,6 @@ def _cold(shells: Shells, first: np.ndarray, density: np.ndarray) -> tuple[np.nd
         pressure = pressure * over ** (gamma - below)
         exponent = np.where(over > 1.0, gamma, exponent)
         below = gamma
+    if shells.further is not None:
+        pressure = pressure + shells.further(density)
     return pressure, exponent

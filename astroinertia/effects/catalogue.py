@@ -390,6 +390,7 @@ CATALOGUE: Mapping[str, Entry] = {
         "Liebendoerfer 2005; Shapiro & Teukolsky 1983",
         size=sizes.DELEPTONISATION,
         needs=("pressure",),
+        presses=True,
     ),
     **HEAT,
     **RIGID,

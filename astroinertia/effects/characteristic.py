@@ -41,9 +41,9 @@ class Characteristic:
     between it and the axis of the largest moment. momentum_axis: the direction of L, where it is known, and
     momentum_wobble: its angle from that axis. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
     motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
-    3 times the volume integral of the pressure; captured_pressure: what of it electrons had that are lost by the start,
-    with deleptonisation. expansion: rate at which the size grows. fallen: share of the mass that
-    would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size; held: the
+    3 times the volume integral of the pressure; further_pressure: that of what effects add to it at the start.
+    expansion: rate at which the size grows. fallen: share of the mass that would be in the centre at the end if nothing
+    held it up. deforms: the model lets the body change its size; held: the
     pressure keeps its volume, whatever happens; homologous: it falls without one part passing another. bodies: how
     many; touching: materials meet in it, or bodies can.
     weighs, presses: whether gravity and pressure act, as far as that is settled.
@@ -65,7 +65,7 @@ class Characteristic:
     second_moment: float | None = None
     gravitational: float | None = None
     triple_pressure: float | None = None
-    captured_pressure: float = 0.0
+    further_pressure: float = 0.0
     gamma: float = 5.0 / 3.0
     thermal_energy: float | None = None
     rotational: float | None = None
@@ -150,8 +150,8 @@ class Characteristic:
         if zone is None or zone.weight == 0.0:
             return None
         assert self.second_moment is not None
-        lost = self.captured_pressure / self.second_moment if self.presses else 0.0
-        return (zone.pressure - lost + zone.turning) / zone.weight
+        further = self.further_pressure / self.second_moment if self.presses else 0.0
+        return (zone.pressure + further + zone.turning) / zone.weight
 
     @property
     def zone(self) -> Zone | None:

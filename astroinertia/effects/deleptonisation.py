@@ -221,6 +221,11 @@ class Deleptonisation(Effect):
         further = self.further(xp, fluid.density, after[0])
         return {**dict(zip(names, after, strict=True)), "capture_density": fluid.density, **further}
 
+    def further_pressure(self, xp, density):
+        """That of matter which has been no denser before."""
+        (fraction,) = elementwise(xp, least, density, self.electron_fraction, *self.law(xp))
+        return self.further(xp, density, fraction)["further_pressure"]
+
     def further(self, xp, density, fraction):
         """What pressure and specific energy have more than with the initial electrons, each (N,)."""
         values = elementwise(xp, more, density, fraction, self.electron_fraction, *self.trapped(xp))

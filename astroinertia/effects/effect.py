@@ -81,6 +81,10 @@ class Effect(ParticleParts, AffineParts, RigidParts):
         """The effect in a scene with those code units: itself, where its numbers are all that has a unit."""
         return self
 
+    def further_pressure(self, xp: Any, density: Any) -> Any:
+        """What it adds to the equation of state's pressure at those densities, (K,), as matter first comes there."""
+        return 0.0 * density
+
     @property
     def potential_moves(self) -> bool:
         """Whether the potential changes by itself with time, so that it exchanges energy with what is outside."""

@@ -21,9 +21,9 @@ class Entry:
     where these follow from options alone. auto: where `effects = "auto"` considers it that is not among a scene's
     candidates: "always", where there are "companions", or where bodies or kinds of matter are "touching". needs: the
     effects that it cannot be without. gradients: whether it asks for a pass over gradients, from its options.
-    limit_power: of the number of particles, that its time-step limit falls with. made: the class itself, of an effect
-    that is not of this package; package: name and version of the one that it comes from, empty where it was given from
-    Python.
+    limit_power: of the number of particles, that its time-step limit falls with. presses: whether it adds to the
+    pressure of matter, `further_pressure` of its class. made: the class itself, of an effect that is not of this
+    package; package: name and version of the one that it comes from, empty where it was given from Python.
     """
 
     module: str
@@ -41,6 +41,7 @@ class Entry:
     needs: tuple[str, ...] = ()
     gradients: Callable[[Mapping[str, Any]], bool] | None = None
     limit_power: float = 0.0
+    presses: bool = False
     made: type | None = None
     package: str = ""
 

@@ -60,6 +60,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
     return Entry(
         made.__module__, made.__name__, text, made.options, _loop(made, Effect), made.source, tuple(made.models),
         made.numerical, size=made.size, gradients=_gradients(made, Effect), made=made, package=package,
+        presses=_has(made, Effect, "further_pressure"),
     )  # fmt: skip
 
 

@@ -4,15 +4,14 @@ Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
 from astroinertia.scene.companions import Companion
-from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
+from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.initial_body import ascending, unit
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
@@ -88,8 +87,7 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
         density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
     numbers["central_density"] = float(density[0])
     numbers |= _heat(scene, numbers, density, weights)
-    if "deleptonisation" in scene.effects:
-        numbers["captured_pressure"] = _captured(scene, density, mass * weights)
+    numbers["further_pressure"] = _further(scene, density, mass * weights)
     shells = s * radius
     falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
     numbers["fallen"] = float(weights[falls <= scene.time.end].sum())
@@ -164,19 +162,13 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
 
 
-def _captured(scene: Scene, density: np.ndarray, mass: np.ndarray) -> float:
-    """3 times the volume integral of the pressure of electrons that deleptonisation has taken by the start."""
-    from astroinertia.effects import catalogue  # with its engine's parts, which no other scene needs here
-
-    options = scene.effects["deleptonisation"]
-    units, of_code = code_units(scene), catalogue.CATALOGUE["deleptonisation"].options
-    try:
-        effect = catalogue.build("deleptonisation", options_in_code_units(options, of_code, units)).in_units(units)
-    except ValueError:  # units are missing, which the build says
+def _further(scene: Scene, density: np.ndarray, mass: np.ndarray) -> float:
+    """3 times the volume integral of what effects add at the start to the pressure of the equation of state."""
+    adds, units = further_pressure(scene), code_units(scene)
+    if adds is None:
         return 0.0
     dense = units.to_code(density, "density")
-    begun = effect.initial_memory(np, SimpleNamespace(density=dense))
-    return -3.0 * units.to_si(float(mass @ (begun["further_pressure"] / dense)), "specific_energy")
+    return 3.0 * units.to_si(float(mass @ (adds(dense) / dense)), "specific_energy")
 
 
 def _own_heat(matter: Any, body: Any, mass: float, density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:

@@ -79,9 +79,9 @@ def _support(body: Characteristic) -> list[PlanLine]:
         return []
     swells = "it swells at first: too much pressure or rotation; body.pressure_fraction takes pressure away"
     means = "it falls at first" if body.support < 1.0 else swells
-    if body.captured_pressure > 0.0 and body.triple_pressure and body.support < 1.0:
-        lost = 100.0 * body.captured_pressure / body.triple_pressure
-        means += f": {lost:.2g} % of the pressure goes with captured electrons"
+    if body.further_pressure < 0.0 and body.triple_pressure and body.support < 1.0:
+        lost = -100.0 * body.further_pressure / body.triple_pressure
+        means += f": {lost:.2g} % of the pressure is taken away by effects"
     if abs(body.support - 1.0) < IN_BALANCE:
         means = "in balance" if body.gamma > 4.0 / 3.0 - 1e-9 else "in balance, but not stable: gamma is below 4/3"
     return [("(3 Pi + 2 T)/|W|", f"{body.support:.3g}", means)]

@@ -1,0 +1,27 @@
+"""What effects add to the pressure of matter, of a scene that is not yet built.
+
+Tests: tests/unit/scene/test_further_pressure.py.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from astroinertia.scene.dimensional import options_in_code_units
+from astroinertia.scene.scales import code_units
+from astroinertia.scene.schema import Scene
+
+
+def further_pressure(scene: Scene) -> Callable[[np.ndarray], np.ndarray] | None:
+    """The sum of what they add at densities (K,), in code units; None where no effect of the scene adds any."""
+    from astroinertia.effects import catalogue  # with what their modules import, which other scenes do without
+
+    units, effects = code_units(scene), []
+    for kind, options in scene.effects.items():
+        if scene.entries[kind].presses:
+            options = options_in_code_units(options, scene.entries[kind].options, units)
+            try:
+                effects.append(catalogue.build(kind, options, scene.entries).in_units(units))
+            except ValueError:  # units are missing, which the build says
+                return None
+    return (lambda density: sum(effect.further_pressure(np, density) for effect in effects)) if effects else None
