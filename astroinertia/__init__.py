@@ -249,7 +249,7 @@ def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, 
     of: a series of the dataset, its labels, and when: "inertia_tensor.zz@end", "angular_velocity.z @ 20 ms",
     "mean_radius"; without a time, at the end. by: keys that the scene sets to a number or a quantity. The body is built
     beside each key's value, and the linearised equations, differentiated by JAX, carry the differences along the run
-    (integrate.variational); nothing is written. The result has `value`, in the units of the series, and, along
+    (engines.variational); nothing is written. The result has `value`, in the units of the series, and, along
     `parameter`, `gradient`, in these per unit of the key as the scene writes it, and `gradient_error`, with the
     coordinates `parameter_value` and `parameter_unit`. SceneError where the scene or a key cannot be differentiated,
     NumericalError where the run cannot go on. Checked by tests/unit/sweeps/test_gradient.py.

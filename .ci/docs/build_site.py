@@ -35,7 +35,7 @@ LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 COMMAND = re.compile(r"(?<!\[)`astroinertia guide ([a-z-]+)`")
 # Rooms and modules that only the package itself calls, and names that begin with an underscore.
 INSIDE = (
-    *("audit", "build", "cli", "costs", r"dataset\.(?!accessor)[a-z_]+", "engines", "guide", "integrate", "pages"),
+    *("audit", "build", "cli", "costs", r"dataset\.(?!accessor)[a-z_]+", "engines", "guide", "pages"),
     *("process", "run", "storage", "verify"),
 )
 HIDDEN = re.compile(rf"({'|'.join(INSIDE)})(?![a-z])|(.*\.)?_")

@@ -243,7 +243,7 @@ def of_class(scene: Scene, units: CodeUnits, initial: None, problem: Problem) ->
 
 def own_particles(scene: Scene, units: CodeUnits) -> dict[str, np.ndarray]:
     """What the class of a body that is not of this package makes; SceneError names it where that is wrong."""
-    from astroinertia.initial.placed import particles as made_by  # only where there is such a body
+    from astroinertia.sph.placed import particles as made_by  # only where there is such a body
 
     body: Any = scene.body
     try:

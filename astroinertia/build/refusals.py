@@ -83,7 +83,7 @@ def _limit(index: float | None, measure: int, value: float) -> tuple[float, str]
         return (1.0 if measure == 0 else math.inf), _ORBIT
     if any(index <= most and value <= held[measure] for most, held in _SURELY_HELD):
         return math.inf, ""
-    from astroinertia.rotation.break_up import polytropic_limit  # takes seconds, and so only near the limit
+    from astroinertia.bodies.break_up import polytropic_limit  # takes seconds, and so only near the limit
 
     limit = polytropic_limit(float(index))
     most = (limit.rate, limit.angular_momentum, limit.rotational_to_gravitational)[measure]

@@ -43,7 +43,7 @@ def rotation_amount(scene: Scene, units: CodeUnits, energy: float | None) -> dic
 
 def breakup_rate(scene: Scene, units: CodeUnits) -> float:
     """The rate of a polytrope that is to turn at a fraction of break-up."""
-    from astroinertia.rotation.break_up import polytropic_rate  # brings figures of stars along
+    from astroinertia.bodies.break_up import polytropic_rate  # brings figures of stars along
 
     body: Any = scene.body
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")

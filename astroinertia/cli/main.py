@@ -391,8 +391,7 @@ def _sensitivity(options: Options) -> int:
 
 def _finished(result: Path, folder: Path) -> int:
     from astroinertia import dataset
-    from astroinertia.dataset import resolution
-    from astroinertia.ledger import bounds
+    from astroinertia.dataset import bounds, resolution
 
     attrs = dataset.open(result).attrs
     unclosed = bounds.ledger_message(attrs)

@@ -112,7 +112,7 @@ def _refused(sweep: "Sweep", numbers: Sequence[int]) -> dict[int, str]:
 def unclosed(file: Path) -> list[str]:
     """What of the members' ledgers or energies does not close; no lines where all do."""
     from astroinertia import dataset
-    from astroinertia.ledger import bounds
+    from astroinertia.dataset import bounds
 
     lines = bounds.ledger_message(dataset.open(file).attrs).splitlines()
     more = len(lines) - MOST_ROWS

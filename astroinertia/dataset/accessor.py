@@ -352,14 +352,14 @@ class InertiaAccessor:
 
         The radius of these limits is the mean radius of the surface, or in older files that of the start, scaled with
         the mean radius by second moments.
-        shedding: "roche", "polytrope n" or a published fit, as rotation.break_up.shedding_share has them; ValueError
+        shedding: "roche", "polytrope n" or a published fit, as bodies.break_up.shedding_share has them; ValueError
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
 
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
         0.16
         """
-        from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
-        from astroinertia.rotation.break_up import break_up  # brings figures of stars along
+        from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
+        from astroinertia.bodies.break_up import break_up  # brings figures of stars along
 
         data = self.dataset
         size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)

@@ -16,6 +16,7 @@ import xarray as xr
 
 from astroinertia.dataset import files as dataset_files, radii
 from astroinertia.dataset.attitude import attitude_attributes, attitude_quantities
+from astroinertia.dataset.bounds import ledger_warnings
 from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE, derived_quantities
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL, regional_quantities
 from astroinertia.dataset.resolution import resolution_warnings
@@ -35,7 +36,6 @@ from astroinertia.dataset.waves import FAINT, too_faint, waves
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
-from astroinertia.ledger.bounds import ledger_warnings
 from astroinertia.models.protocol import TIMESTEP_CRITERIA
 from astroinertia.observables.quantities import DERIVED, LABELS, OF_ATTITUDE, OF_EFFECTS, RECORDED, Quantity
 from astroinertia.storage import trailer

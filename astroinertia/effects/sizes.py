@@ -7,10 +7,10 @@ soon as the run is as long as the fall. Nothing here imports an effect. Tests: t
 import math
 from dataclasses import dataclass, replace
 
+from astroinertia.bodies.bar_limits import SECULAR
 from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, size, within_all
 from astroinertia.effects.one_zone import braked, difference
-from astroinertia.rotation.bar_limits import SECULAR
 
 MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third of the accuracy on
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.initial.placed import Body
+    from astroinertia.sph.placed import Body
     from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = ["REQUIRED", "Body", "Dimension", "Option", "not_negative", "positive"]
 
 _MODULES = {
-    "astroinertia.initial.placed": ("Body",),
+    "astroinertia.sph.placed": ("Body",),
     "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
 }
 __getattr__ = exported(__name__, _MODULES)

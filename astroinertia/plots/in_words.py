@@ -7,13 +7,12 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import converged
+from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.resolution import resolution_message
 from astroinertia.dataset.schema import COMPUTED
 from astroinertia.inertia.tensor import axial_vector
-from astroinertia.ledger import bounds
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars

@@ -5,8 +5,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from astroinertia.dataset import bounds
 from astroinertia.dataset.absent import with_absent
-from astroinertia.ledger import bounds
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import has_values
 from astroinertia.plots.bands import error_of, shade

@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
-from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 

@@ -13,8 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import adaptive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion, quaternion_product
 

@@ -125,7 +125,7 @@ class Meter:
 
     def tell(self, progress: "Progress") -> None:
         """Show how far a run is."""
-        from astroinertia.ledger.bounds import doubtful
+        from astroinertia.dataset.bounds import doubtful
 
         shown = {
             "energy error": f"{progress.energy_error:.1e}",

@@ -442,7 +442,7 @@ class Body(Part):
         return -1.0 if backwards else 1.0
 
     def _spin_of_fraction(self, fraction: float, gravitational: float | None) -> float:
-        from astroinertia.rotation.break_up import polytropic_rate
+        from astroinertia.bodies.break_up import polytropic_rate
 
         me: Any = self
         assert me.polytropic_index is not None and gravitational is not None  # _can_break_up has seen to it

@@ -32,7 +32,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
 
     package: name and version of the package that offers it; empty for a class that is given from Python.
     """
-    from astroinertia.initial.placed import Body  # only where one is asked for
+    from astroinertia.sph.placed import Body  # only where one is asked for
 
     text = BODIES.check(made, Body, package)
     by_density = made.density is not Body.density and made.extent is not Body.extent
@@ -56,7 +56,7 @@ def installed(kind: str) -> Entry | None:
 def is_body(thing: Any) -> bool:
     """Whether what is given from Python is an initial body, or the class of one."""
     made: Any = made_of(thing)
-    return any(f"{base.__module__}.{base.__name__}" == "astroinertia.initial.placed.Body" for base in made.__mro__)
+    return any(f"{base.__module__}.{base.__name__}" == "astroinertia.sph.placed.Body" for base in made.__mro__)
 
 
 def entries(own_things: Sequence[Any]) -> tuple[dict[str, Entry], Entry | None, Entry | None]:

@@ -70,7 +70,7 @@ class OwnBody(Body):
         return self._stated("radius")
 
     def made(self, units: CodeUnits = DIMENSIONLESS) -> Any:
-        """The body (initial.placed.Body) in those units; as the scene has its numbers, without any.
+        """The body (sph.placed.Body) in those units; as the scene has its numbers, without any.
 
         ValueError, in one sentence, where its options contradict each other.
         """

@@ -18,6 +18,7 @@ from scipy.optimize import root_scalar
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies import neutron_star_fits
+from astroinertia.bodies.break_up import shedding_share, spun_up_polytrope
 from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, star_of_mass
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
@@ -27,7 +28,6 @@ from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation.break_up import shedding_share, spun_up_polytrope
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole
 from astroinertia.scene import load

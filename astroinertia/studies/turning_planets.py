@@ -16,10 +16,9 @@ import numpy as np
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.integrate import rigid_splitting
 from astroinertia.models.rigid import body as rigid
 from astroinertia.orbits.simulation import Companion, simulation
-from astroinertia.rotation import spice
+from astroinertia.rotation import rigid_splitting, spice
 from astroinertia.rotation.attitude import quaternion
 from astroinertia.rotation.ephemeris import Ephemeris, ephemeris
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR

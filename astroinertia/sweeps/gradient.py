@@ -1,7 +1,7 @@
 """Derivatives of a run by keys of its scene, from one pass along the run a key: forward-mode differentiation.
 
 The body is built at the scene's value of a key and at four values near it, which is cheap; the differences of these
-(integrate.variational) are the derivative of the first state and of the numbers of the equations by the logarithm of
+(engines.variational) are the derivative of the first state and of the numbers of the equations by the logarithm of
 the key, whatever the key is. The linearised equations, differentiated by JAX, carry that through the run, and members
 beside the run by the same small steps are recorded as runs are: sweeps.sensitivity reads the derivative of every series
 off them. A scaling law, in closed form, needs no linearisation: its members are followed themselves. Tests:
@@ -23,8 +23,8 @@ from astroinertia import dataset
 from astroinertia.accuracy.selected_observables import SelectedObservable, parsed, selected
 from astroinertia.build.assemble import Prepared, metadata, model_description, prepare
 from astroinertia.effects.own import failures_said
+from astroinertia.engines.variational import SIDES
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.integrate.variational import SIDES
 from astroinertia.observables.own import recorded
 from astroinertia.run.branch import moment
 from astroinertia.run.loop import SAME_TIME, in_si

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.engines.variational import SIDES, derivative
 from astroinertia.errors import SceneError
-from astroinertia.integrate.variational import SIDES, derivative
 from astroinertia.scene import load, source
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.sweep import Sweep, loads
@@ -31,7 +31,7 @@ def sensitivity_sweep(
 ) -> Sweep:
     """The sweep that tells how a scene answers to keys such as "body.rotation.period": four runs a key, and its own.
 
-    Member 0 is the scene as it is; those of a key follow, in the order of integrate.variational.SIDES.
+    Member 0 is the scene as it is; those of a key follow, in the order of engines.variational.SIDES.
 
     step: relative, above 0 and at most 0.5. SceneError for a key that the scene does not set, or that is no number or
     quantity other than 0, and for a step with which a member is no valid scene.

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from astroinertia.bodies.break_up import shedding_share
 from astroinertia.rotation import accretion, pulsars
-from astroinertia.rotation.break_up import shedding_share
 from astroinertia.rotation.precession import JULIAN_YEAR
 from astroinertia.rotation.spin_scaling import spin_up
 from astroinertia.units import SOLAR_MASS

@@ -5,8 +5,7 @@ import math
 import jax
 import numpy as np
 
-from astroinertia.integrate import rigid_splitting
-from astroinertia.rotation import free_attitude, free_top, heavy_top
+from astroinertia.rotation import free_attitude, free_top, heavy_top, rigid_splitting
 from astroinertia.rotation.attitude import attitude_of_quaternion
 from astroinertia.verify.comparison import Quantities
 

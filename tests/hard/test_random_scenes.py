@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset
+from astroinertia.dataset.bounds import FAR
 from astroinertia.errors import SceneError
-from astroinertia.ledger.bounds import FAR
 from astroinertia.scene.load import load_file
 from tests.hard.judged_scenes import Judge
 from tests.hard.random_scenes import files, scene_text

@@ -4,8 +4,8 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import adaptive
 from astroinertia.models.rigid import passage
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.rotation import free_attitude, free_top

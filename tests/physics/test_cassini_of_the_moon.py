@@ -10,10 +10,9 @@ import pytest
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.integrate import rigid_splitting
 from astroinertia.models.rigid import body as rigid
 from astroinertia.orbits.simulation import Companion, simulation
-from astroinertia.rotation import cassini, precession
+from astroinertia.rotation import cassini, precession, rigid_splitting
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion
 from astroinertia.rotation.ephemeris import ephemeris
 

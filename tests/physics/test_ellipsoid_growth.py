@@ -11,7 +11,7 @@ import pytest
 
 from astroinertia.bodies import affine_motion, ellipsoid_secular, ellipsoid_stability, jacobi, maclaurin, riemann, roche
 from astroinertia.bodies.bar_analysis import bar_history, growth_rate
-from astroinertia.integrate.adaptive import advance
+from astroinertia.engines.adaptive import advance
 
 ENERGY, MOMENT = -0.8, 0.2  # of the sphere with M = R = 1 and pi G rho = 1
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])

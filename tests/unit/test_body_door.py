@@ -13,10 +13,10 @@ from astroinertia.build.sph import evolution
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.inertia.tensor import inertia_tensor
 from astroinertia.initial import Body, positive
-from astroinertia.initial.placed import particles
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.sweep import loads as sweep_of
+from astroinertia.sph.placed import particles
 from tests.plugin_example import EXAMPLE, distribution, stopped_at
 
 M, R, r, L = 2.0, 1.0, 0.3, 0.5

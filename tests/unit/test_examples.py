@@ -107,9 +107,9 @@ LONG = {
     "rotation.spice",  # needs kernels of the user's
     *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
     *("bodies.rotating_star.end_of_sequence", "bodies.rotating_star.rotating_star_with"),
-    "rotation.break_up.polytropic_limit",
+    "bodies.break_up.polytropic_limit",
     "plots.precession.precession_figure",
-    *("rotation.break_up.spun_up_polytrope", "rotation.tumbling.divergence"),
+    *("bodies.break_up.spun_up_polytrope", "rotation.tumbling.divergence"),
     *("studies.bar_mode", "studies.compressed_core", "studies.debris.orbital_energies", "studies.impact_remnant"),
     *("studies.core_collapse.core_collapse", "studies.core_collapse.core_scene", "studies.core_collapse.initial_star"),
     *("studies.core_collapse.with_bounce", "studies.interior_inference", "studies.love_number_of_fluid"),

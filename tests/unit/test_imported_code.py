@@ -101,7 +101,7 @@ DEPEND = {"tests/unit/gravity/test_multipole.py", "tests/physics/test_fast_runs.
 DO_NOT = {
     "tests/physics/test_hydrostatic.py",
     "tests/unit/bodies/test_clairaut.py",
-    "tests/unit/rotation/test_break_up.py",
+    "tests/unit/bodies/test_break_up.py",
 }
 
 

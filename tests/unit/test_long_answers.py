@@ -10,8 +10,8 @@ from rich.console import Console
 
 from astroinertia.build.assemble import prepare
 from astroinertia.build.fluids import equation_of_state
+from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.integrate import adaptive
 from astroinertia.matter import cold_matter
 from astroinertia.models.ellipsoid import evolution as ellipsoid
 from astroinertia.models.scaling.homology import Kepler

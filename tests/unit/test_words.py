@@ -113,5 +113,9 @@ def test_names_of_before_work_for_one_release_and_warn() -> None:
     with pytest.warns(FutureWarning, match=r"bodies\.equations_of_state is now astroinertia\.matter\.compact_stars"):
         moved = importlib.import_module("astroinertia.bodies.equations_of_state")
     assert moved.read2009 is compact_stars.read2009
+    from astroinertia.bodies.break_up import break_up
+
+    with pytest.warns(FutureWarning, match=r"rotation\.break_up is now astroinertia\.bodies\.break_up"):
+        assert importlib.import_module("astroinertia.rotation.break_up").break_up is break_up
     with pytest.raises(ImportError):
         importlib.import_module("astroinertia.bodies.nowhere")

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import adaptive
 from astroinertia.models import checkpoint
 from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.affine_body import Problem, State

@@ -9,7 +9,7 @@ from typing import Any
 
 import jax
 
-from astroinertia.integrate import adaptive, variational
+from astroinertia.engines import adaptive, variational
 from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.evolution import ABSOLUTE, AT_ONCE, Ellipsoid
 

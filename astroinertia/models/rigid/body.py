@@ -19,8 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines.pytree import pytree
-from astroinertia.integrate.rigid_splitting import Kick, Rotor, in_body, in_space, turning_rates
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion_product
+from astroinertia.rotation.rigid_splitting import Kick, Rotor, in_body, in_space, turning_rates
 
 Array = Any
 
@@ -197,7 +197,7 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
 
 
 def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Array, Array]) -> dict[str, Array]:
-    """The same for integrate.adaptive: of turning, momentum and work, in the arguments' units of L, m (3,) and energy.
+    """The same for engines.adaptive: of turning, momentum and work, in the arguments' units of L, m (3,) and energy.
 
     Each component of m has its own unit, so that a needle's spin about itself is known as well as the others.
     """
@@ -216,7 +216,7 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
 
 
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
-    """The same for integrate.rigid_splitting: what effects do in an interval while the rest stands still.
+    """The same for rotation.rigid_splitting: what effects do in an interval while the rest stands still.
 
     Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes turn in its
     matter, the equations of the effects alone are solved to order 6.

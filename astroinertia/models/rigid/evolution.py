@@ -9,9 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import adaptive, rigid_splitting
-from astroinertia.integrate.rigid_splitting import Rotor, in_body
 from astroinertia.models import checkpoint
 from astroinertia.models.protocol import Figures, Record
 from astroinertia.models.rigid import body as rigid, passage
@@ -19,6 +18,8 @@ from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.passage import AT_ONCE, Course, Met, filled
 from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledgers
 from astroinertia.observables.quantities import BodyState, row
+from astroinertia.rotation import rigid_splitting
+from astroinertia.rotation.rigid_splitting import Rotor, in_body
 
 Array = Any
 

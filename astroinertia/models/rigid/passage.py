@@ -12,11 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.integrate import adaptive, rigid_splitting
-from astroinertia.integrate.rigid_splitting import Rotor
+from astroinertia.engines import adaptive
 from astroinertia.ledger.moments import Compensated
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.body import Rigid
+from astroinertia.rotation import rigid_splitting
+from astroinertia.rotation.rigid_splitting import Rotor
 
 Array = Any
 

@@ -2,7 +2,7 @@
 
 The energy has two parts that can be solved alone: point masses on orbits (REBOUND) with the free rotation, and the
 body's quadrupole in the field of the companions, which leaves places and attitude and changes speeds and spin. Half a
-kick, a drift and half a kick, composed as in `integrate.rigid_splitting`, keep the total angular momentum, for every
+kick, a drift and half a kick, composed as in `rotation.rigid_splitting`, keep the total angular momentum, for every
 kick does, and the energy without drift (Touma & Wisdom 1994, Astronomical Journal 107, 1189, section 4). Code units.
 """
 
@@ -18,14 +18,14 @@ import numpy as np
 from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import rigid_splitting
-from astroinertia.integrate.rigid_splitting import COMPOSITIONS, Rotor
 from astroinertia.models import checkpoint
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings, too_fast
 from astroinertia.models.rigid.passage import MOST_STEPS, Met, planned, whole
 from astroinertia.orbits import states
+from astroinertia.rotation import rigid_splitting
+from astroinertia.rotation.rigid_splitting import COMPOSITIONS, Rotor
 
 Array = Any
 

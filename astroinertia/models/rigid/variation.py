@@ -9,12 +9,12 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines import adaptive, variational
 from astroinertia.errors import NumericalError
-from astroinertia.integrate import adaptive, variational
-from astroinertia.integrate.rigid_splitting import Rotor
 from astroinertia.models.rigid import body as rigid, passage
 from astroinertia.models.rigid.evolution import FAR_TOO_MANY, SHORTEST, RigidBody
 from astroinertia.models.rigid.passage import filled
+from astroinertia.rotation.rigid_splitting import Rotor
 
 Array = Any
 

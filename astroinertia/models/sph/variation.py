@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.integrate import variational
+from astroinertia.engines import variational
 from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.limits import steps_left
 from astroinertia.models.sph.sorting import in_order

@@ -4,10 +4,10 @@ import pytest
 
 import astroinertia
 from astroinertia.accuracy import choice
+from astroinertia.bodies.break_up import polytropic_limit
 from astroinertia.build import refusals
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, SceneError
-from astroinertia.rotation.break_up import polytropic_limit
 from astroinertia.run import loop
 from astroinertia.scene.load import load_file, loads
 
@@ -73,7 +73,7 @@ def test_a_body_beyond_break_up_is_refused_with_its_limit_before_anything(body, 
 
 def test_what_can_be_is_not_refused_and_takes_no_figures_of_stars(monkeypatch) -> None:
     for body in (POLYTROPE + "rate = 0.5", POLYTROPE + "t_over_w = 0.05", POLYTROPE + "angular_momentum = 0.16"):
-        monkeypatch.setattr("astroinertia.rotation.break_up.polytropic_limit", None)
+        monkeypatch.setattr("astroinertia.bodies.break_up.polytropic_limit", None)
         refusals.refuse_impossible(scene(body))
     # Without settling it may fly apart: that is what was wanted.
     refusals.refuse_impossible(scene(POLYTROPE.replace("[body.rot", "relax = false\n[body.rot") + "rate = 2.0"))

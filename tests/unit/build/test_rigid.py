@@ -4,11 +4,11 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.bodies.break_up import polytropic_rate
 from astroinertia.build import rigid as start_rigid
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.rotation.attitude import rotation
-from astroinertia.rotation.break_up import polytropic_rate
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import SceneError
-from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.scene import load
 from astroinertia.studies import spinup
 

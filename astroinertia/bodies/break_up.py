@@ -4,7 +4,7 @@ A rigid body is torn at its swollen equator before the sphere it was at rest wou
 structure: Roche's model, a point mass in a weightless envelope, reaches (2/3)^(3/2) = 0.544 of the orbital rate of the
 sphere, polytropes 0.565, 0.550, 0.529 and 0.454 for n = 0.5, 1, 1.5 and 2.5 (`polytropic_limit`, from exact figures),
 relativistic stars 0.57 to 0.63 by published fits (bodies.neutron_star_fits). Any consistent units with the G given.
-Tests: tests/unit/rotation/test_break_up.py.
+Tests: tests/unit/bodies/test_break_up.py.
 """
 
 import math
@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import root_scalar
 
+from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
 from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
 from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 Array = Any

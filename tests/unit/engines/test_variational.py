@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate.variational import SIDES, beside, derivative, pushed, slopes
+from astroinertia.engines.variational import SIDES, beside, derivative, pushed, slopes
 
 
 def four(function, at, step):

@@ -5,9 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate import rigid_splitting
-from astroinertia.integrate.rigid_splitting import Kick, advance, in_body, in_space, rotor, turning_rates
-from astroinertia.rotation import free_top
+from astroinertia.rotation import free_top, rigid_splitting
+from astroinertia.rotation.rigid_splitting import Kick, advance, in_body, in_space, rotor, turning_rates
 
 MOMENTS, SPIN = np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.2, 1.0])
 

@@ -9,7 +9,7 @@ from rich.console import Console
 import astroinertia
 from astroinertia import plots
 from astroinertia.cli.main import main
-from astroinertia.ledger.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_message, ledger_warnings
+from astroinertia.dataset.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_message, ledger_warnings
 from astroinertia.run.loop import Progress
 from astroinertia.run.meter import Meter
 from tests.sims import SIMS

@@ -9,16 +9,16 @@ import pytest
 from scipy.optimize import root_scalar
 
 from astroinertia.bodies import maclaurin
-from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.errors import NumericalError
-from astroinertia.rotation.bar_limits import DYNAMICAL, SECULAR
-from astroinertia.rotation.break_up import (
+from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
+from astroinertia.bodies.break_up import (
     break_up,
     polytropic_limit,
     polytropic_rate,
     shedding_share,
     spun_up_polytrope,
 )
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.errors import NumericalError
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
 

@@ -3,7 +3,7 @@
 A parameter reaches an evolution through its first state and the numbers of its equations. Their derivatives are
 differences of states a little to either side of it; with D(h) the central difference, (4 D(h/2) - D(h))/3 is of fourth
 order in h (Richardson 1911, Philosophical Transactions A 210, 307). From there on they follow the linearised equations,
-exactly, by forward-mode differentiation. Tests: tests/unit/integrate/test_variational.py.
+exactly, by forward-mode differentiation. Tests: tests/unit/engines/test_variational.py.
 """
 
 from collections.abc import Callable, Sequence

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.integrate import adaptive
+from astroinertia.engines import adaptive
 
 
 @pytest.fixture(autouse=True)

@@ -93,7 +93,7 @@ def advance(
     after a step, the integration ends there, or after `most` steps (MOST_STEPS without it). rate and
     condition are functions of a module: each new one is compiled.
     Runs under jax.enable_x64. Source: Prince & Dormand 1981, J. Comp. Appl. Math. 7, 67, as diffrax has it.
-    Checked by tests/unit/integrate/test_adaptive.py.
+    Checked by tests/unit/engines/test_adaptive.py.
     """
     shortest = SHORTEST * jnp.maximum(jnp.abs(time), jnp.abs(until))
     # A first step that all but reaches the end would leave one of no length.
