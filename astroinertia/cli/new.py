@@ -1,11 +1,16 @@
 """The command `new`: a commented scene, or a copy of one that runs as it stands. Printing is left to main.py."""
 
+import re
 import textwrap
 from pathlib import Path
 
 from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
 from astroinertia.storage.ready_made import scenes
+
+# The first is the scene's own, for tables come later; with the room before a comment, which stays in its column.
+_NAME = re.compile(r'^name = "[^"]*"(?: *(?=  #))?', re.MULTILINE)
+_LONGEST = 64  # letters of a name
 
 
 def help_text() -> str:
@@ -28,16 +33,27 @@ def add_arguments(add: Add) -> None:
 
 
 def text(options: Options) -> str:
-    """The text of the scene that is asked for; SceneError where there is none of that name."""
-    if options.ready_made is None:
-        from astroinertia.scene.example import example_text
+    """The text of the scene that is asked for, named as its file is; SceneError where there is none of that name."""
+    whole = _example() if options.ready_made is None else _copied(options.ready_made)
+    return whole if options.file is None else _named(whole, options.file.stem)
 
-        return example_text()
+
+def _named(whole: str, stem: str) -> str:
+    """A scene with the name of its file, so that its run is not taken for that of the scene it was copied from."""
+    name = re.sub(r"[^A-Za-z0-9_-]", "_", stem).lstrip("_-")[:_LONGEST]
+    return _NAME.sub(lambda old: f'name = "{name}"'.ljust(len(old[0])), whole, count=1) if name else whole
+
+
+def _example() -> str:
+    from astroinertia.scene.example import example_text
+
+    return example_text()
+
+
+def _copied(name: str) -> str:
     known = scenes()
-    if options.ready_made not in known:
+    if name not in known:
         from astroinertia.scene.problems import nearest
 
-        raise SceneError(
-            f"there is no scene {options.ready_made[:64]!r} to copy; {nearest(options.ready_made, known)}."
-        )
-    return known[options.ready_made].read_text(encoding="utf-8")
+        raise SceneError(f"there is no scene {name[:64]!r} to copy; {nearest(name, known)}.")
+    return known[name].read_text(encoding="utf-8")

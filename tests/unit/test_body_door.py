@@ -1,6 +1,7 @@
 """Initial bodies from outside the package: given from Python, or offered by an installed package; and refusals."""
 
 import sys
+import tracemalloc
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,6 +17,7 @@ from astroinertia.initial import Body, positive
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.sweep import loads as sweep_of
+from astroinertia.sph.cells import centres
 from astroinertia.sph.placed import particles
 from tests.plugin_example import EXAMPLE, distribution, stopped_at
 
@@ -278,6 +280,11 @@ def result(**arrays: Any) -> Any:
         # Points that the first lattice happened to meet, and no other.
         ({"density": lambda self, x: np.full(len(x), len(x) == 32**3)}, "its density is zero in almost all of its"),
         ({"extent": lambda self: (1.0, 0.0, 1.0)}, "its extent must be three positive lengths"),
+        (
+            {"density": lambda self, x: 1.0 * ((x - 0.5) ** 2).sum(axis=1) < 0.04, "extent": lambda self: 3 * (3.0,)},
+            "its extent, 3, 3, 3 to either side of the origin, is so large or so long for it that",
+        ),
+        ({"extent": lambda self: (1e9, 1.0, 1.0)}, "its extent, 1e+09, 1, 1 to either side of the origin, is so large"),
         ({"velocity": lambda self, x: 1 / 0}, "cannot be placed (ZeroDivisionError"),
         ({"mass": -1.0}, "states a mass that is no positive number"),
         (
@@ -290,6 +297,19 @@ def test_what_its_functions_return_is_checked(parts: dict[str, Any], sentence: s
     with pytest.raises(SceneError) as refused:
         astroinertia.run_scene(loads(OTHER), tmp_path / "run", body=made(**parts)())
     assert sentence in str(refused.value) and "the made of the class Made of" in str(refused.value)
+
+
+@pytest.mark.parametrize("far", [2.0, 6.0])
+def test_memory_goes_as_the_particles_however_far_the_extent_reaches(far: float) -> None:
+    """A ball of radius 1 in a cube of 250 times as many points as it holds takes little more than in its own."""
+    count = 200
+    tracemalloc.start()
+    place, mass = centres(lambda x: 1.0 * ((x**2).sum(axis=1) < 1.0), 3 * (far,), count, np.random.default_rng(1))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert mass == pytest.approx(4.0 * np.pi / 3.0, rel=0.15)
+    assert np.abs(place.mean(axis=0)).max() < 0.03 and (np.linalg.norm(place, axis=1) < 1.0).all()
+    assert most < 10e6  # all points of the larger cube at once take 100 MB
 
 
 def test_what_a_scene_cannot_have_of_it_is_refused_in_a_sentence(torus) -> None:
