@@ -23,13 +23,13 @@ from numba.core.dispatcher import Dispatcher
 from astroinertia.effects.pressure import PRESSURE
 from astroinertia.effects.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
+from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import virial_effects
 from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
-from astroinertia.process.few import FEW
 from tests.full_results import LEVELS
 
 ROOT = Path(__file__).parent.parent

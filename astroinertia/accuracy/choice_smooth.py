@@ -17,7 +17,7 @@ from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.costs import smooth
 from astroinertia.errors import SceneError
-from astroinertia.rotation.rigid_splitting import COMPOSITIONS
+from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.scene.schema import Scene
 
 SHARE = 0.4  # of the wanted accuracy that the method may err, for the estimate has an error of its own

@@ -34,7 +34,7 @@ def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
             "kernels reach that far at its density."
         )
     # Only here: other scenes do without them.
-    from astroinertia.gravity.sinks import no_sinks
+    from astroinertia.models.sph.sinks import no_sinks
 
     return {effect.kind: no_sinks(effect.softening, len(mass))}
 

@@ -15,6 +15,7 @@ from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.engines import mpi
+from astroinertia.engines.few import FEW
 from astroinertia.errors import SceneError
 from astroinertia.models import checkpoint
 from astroinertia.models.sph.evolution import Particles
@@ -22,7 +23,6 @@ from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.record import SHOWN
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem, State, member_key
-from astroinertia.process.few import FEW
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS

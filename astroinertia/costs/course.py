@@ -21,8 +21,8 @@ from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
 from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
+from astroinertia.engines.few import FEW
 from astroinertia.errors import AstroinertiaError
-from astroinertia.process.few import FEW
 from astroinertia.scene.body_kinds.layered import LayeredBody
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.process.few import FEW
+from astroinertia.engines.few import FEW
 from astroinertia.process.kept_programs import processor
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene

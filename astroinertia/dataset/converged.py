@@ -15,7 +15,6 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
-from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -64,7 +63,7 @@ def references() -> tuple[Reference, ...]:
 def physics(scene: Scene) -> dict[str, Any]:
     """What of a scene decides what happens, in SI or code units: the same for runs of one problem."""
     several = scene.bodies or (scene.body,)
-    physical = {kind: options for kind, options in scene.effects.items() if not _is_device(kind)}
+    physical = {kind: options for kind, options in scene.effects.items() if not scene.entries[kind].numerical}
     return {
         "dimensionless": scene.dimensionless,
         "bodies": [body.model_dump(exclude=_PLACING | {"entry"}) for body in several],
@@ -180,11 +179,6 @@ def _series(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
         return values, str(tensor.attrs.get("units", "1"))
     variable = dataset[name]
     return variable.values, str(variable.attrs.get("units", "1"))
-
-
-def _is_device(kind: str) -> bool:
-    entry = CATALOGUE.get(kind)
-    return entry is not None and entry.numerical
 
 
 def _dumped(part: Any) -> Any:

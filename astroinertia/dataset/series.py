@@ -36,8 +36,15 @@ from astroinertia.dataset.waves import FAINT, too_faint, waves
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.inertia.principal import ROUND_OFF_GAP
-from astroinertia.models.protocol import TIMESTEP_CRITERIA
-from astroinertia.observables.quantities import DERIVED, LABELS, OF_ATTITUDE, OF_EFFECTS, RECORDED, Quantity
+from astroinertia.observables.quantities import (
+    DERIVED,
+    LABELS,
+    OF_ATTITUDE,
+    OF_EFFECTS,
+    RECORDED,
+    TIMESTEP_CRITERIA,
+    Quantity,
+)
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit

@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import numba_vectors
+from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.process.few import FEW
 
 Array = Any
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
+from astroinertia.engines.few import FEW
 from astroinertia.engines.few_sources import rows_of, sources_of, tables_of
 from astroinertia.engines.numba_modules import (
     FewPass,
@@ -28,7 +29,6 @@ from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, outp
 from astroinertia.engines.terms import Density, PairTerm
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.together import ALONE, Alone, Part
-from astroinertia.process.few import FEW
 from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf

@@ -12,9 +12,9 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
+from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, take
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.process.few import FEW
 
 SHARE = 64  # leaves that a thread takes at a time
 ALONE = 1024  # leaves below which one thread is sooner done than others are started

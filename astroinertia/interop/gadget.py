@@ -16,8 +16,7 @@ import numpy as np
 
 from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.observables.quantities import LENGTH
-from astroinertia.units import Dimension
+from astroinertia.units import DIMENSIONS, Dimension
 
 NAMES = {
     "position": "Coordinates",
@@ -78,9 +77,9 @@ def write_gadget(snapshot: Snapshot, path: Path) -> None:
             columns[f"PartType0/{written}"] = column(plain(name, arrays[name]), dimension(name))
     if "smoothing_length" in arrays:
         scale = arrays["smoothing_length"]
-        columns["PartType0/KernelScale"] = column(scale, LENGTH)
+        columns["PartType0/KernelScale"] = column(scale, DIMENSIONS["length"])
         if snapshot.support is not None:
-            columns["PartType0/SmoothingLength"] = column(snapshot.support * scale, LENGTH)
+            columns["PartType0/SmoothingLength"] = column(snapshot.support * scale, DIMENSIONS["length"])
     groups = {"Header": _header(snapshot, units), "Parameters": _parameters(snapshot, units)}
     write_hdf5(path, groups | {"Astroinertia": origin(snapshot)}, columns)
 

@@ -14,8 +14,7 @@ import numpy as np
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.observables.quantities import LENGTH
-from astroinertia.units import Dimension
+from astroinertia.units import DIMENSIONS, Dimension
 
 NAMES = {
     "position": "Coordinates",
@@ -57,10 +56,12 @@ def write_swift(snapshot: Snapshot, path: Path) -> None:
             columns[f"PartType0/{written}"] = Column(plain(name, arrays[name]), described)
     if "smoothing_length" in arrays:
         scale = arrays["smoothing_length"]
-        columns["PartType0/KernelScales"] = Column(scale, _field(LENGTH, "h of astroinertia"))
+        columns["PartType0/KernelScales"] = Column(scale, _field(DIMENSIONS["length"], "h of astroinertia"))
         if snapshot.support is not None:
             lengths = snapshot.support / KERNELS[str(snapshot.kernel)][1] * scale
-            columns["PartType0/SmoothingLengths"] = Column(lengths, _field(LENGTH, "twice the kernel's deviation"))
+            columns["PartType0/SmoothingLengths"] = Column(
+                lengths, _field(DIMENSIONS["length"], "twice the kernel's deviation")
+            )
     write_hdf5(path, _groups(snapshot), columns)
 
 

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 Record = dict[str, Any]
-# What limits the time step of particles, besides the effects of a scene.
-TIMESTEP_CRITERIA = ("acceleration", "energy", "longest", "contact")
 
 
 class Figures(NamedTuple):

@@ -51,6 +51,8 @@ class BodyState:
     particles: Mapping[str, Array] | None = None
 
 
+# What limits the time step of particles, besides the effects of a scene, as `timestep_limit` numbers it after these.
+TIMESTEP_CRITERIA = ("acceleration", "energy", "longest", "contact")
 SAID = tuple(field.name for field in fields(BodyState) if field.name != "particles")
 """What of it is recorded."""
 

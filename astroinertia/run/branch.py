@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 
 from astroinertia.build.assemble import (
@@ -21,14 +20,13 @@ from astroinertia.build.assemble import (
     scene_of,
 )
 from astroinertia.effects.doors import made_of
-from astroinertia.effects.own import failures_said
 from astroinertia.engines import hosts
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.callback import callback_of
 from astroinertia.run.extend import dated, number_of, shown_time
-from astroinertia.run.loop import Listener, in_si, predicted, refuse_before, run_prepared
+from astroinertia.run.loop import Listener, computing, in_si, predicted, refuse_before, run_prepared
 from astroinertia.scene.changed import branch_of
 from astroinertia.scene.dimensional import dimensional
 from astroinertia.scene.plan import code_units
@@ -76,7 +74,7 @@ def branch(
     until = moment(scene, at)
     described = metadata(new) | predicted(new)
     described.pop("predicted_wall_time", None)  # that is what the whole of its scene would take
-    with jax.enable_x64(True), failures_said():
+    with computing():
         with shared_out(scene.numerics.devices):
             stored = _nearest(archive, scene, until)
             if not max(stored.time, until or 0.0) < code_units(new).to_code(new.time.end, "time"):

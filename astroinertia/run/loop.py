@@ -88,6 +88,13 @@ Completion = Callable[[xr.Dataset], xr.Dataset]
 """What adds to a run's dataset before its file is written; where it was interrupted, a resumed run calls it again."""
 
 
+@contextmanager
+def computing(devices: int = 1) -> Iterator[None]:
+    """Within it JAX computes in 64 bits, on so many devices, and what functions of a user's own did wrong is said."""
+    with jax.enable_x64(True), shared_out(devices), failures_said():
+        yield
+
+
 def run_scene(
     scene: Scene,
     folder: Path,
@@ -111,7 +118,7 @@ def run_scene(
     refuse_before(scene, folder)
     timed = profile.preparing if profile else _untimed
     described = timed(lambda: metadata(scene) | predicted(scene))
-    with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
+    with computing(scene.numerics.devices):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         prepared = timed(lambda: prepare(scene))
         described["structure"] = as_begun(described["structure"], prepared.evolution)
@@ -189,7 +196,7 @@ def resume(
             hosts.must_be_alone("to go on with other settings")
             before, scene = cadence(scene), going_on(scene, settings)
             go_on_with(opened, scene, settings, predicted(scene), before)
-        with jax.enable_x64(True), shared_out(scene.numerics.devices), failures_said():
+        with computing(scene.numerics.devices):
             if hosts.is_first():
                 note_versions(opened, scene)
             archive = opened if hosts.is_first() else Unwritten(folder, opened.metadata)

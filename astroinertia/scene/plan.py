@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia.effects.entries import Entry
+from astroinertia.engines.few import FEW
 from astroinertia.observables.own import quantity_of
-from astroinertia.process.few import FEW
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material

@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.entries import Entry
-from astroinertia.process.few import FEW
+from astroinertia.engines.few import FEW
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names

@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.build.sph import engine_of
 from astroinertia.effects import catalogue
-from astroinertia.engines import numba_cpu
 from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
 from astroinertia.models.sph.evaluate import potential_energies
@@ -55,7 +55,7 @@ def polytrope_problem(
         effects=tuple(catalogue.build(kind, {"order": order}) for kind in ("gravity", "pressure")),
         equation_of_state=gas_of_polytrope(index, count)[0],
         eta=KERNELS[kernel].eta if neighbours is None else eta_for_neighbours(KERNELS[kernel], neighbours),
-        engine=numba_cpu.Engine(precision=precision),
+        engine=engine_of("numba_cpu", precision, kernel),
         kernel=kernel,
         smoothing_tolerance=1e-6,
         **_TIMESTEP,

@@ -16,9 +16,9 @@ import numpy as np
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.orbits.simulation import Companion, simulation
-from astroinertia.rotation import rigid_splitting, spice
+from astroinertia.rotation import spice
 from astroinertia.rotation.attitude import quaternion
 from astroinertia.rotation.ephemeris import Ephemeris, ephemeris
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
@@ -189,7 +189,7 @@ def axis_history(
     histories = []
     for direction in (-1, 1):
         times = direction * planet.every * np.arange(count + 1)
-        state = rigid_splitting.rotor(attitude, np.array([0.0, 0.0, planet.spin_rate]), jnp.zeros(1))
+        state = splitting.rotor(attitude, np.array([0.0, 0.0, planet.spin_rate]), jnp.zeros(1))
         momenta = np.asarray(_momenta(state, turning, times, steps))
         histories.append((times, np.concatenate([[planet.spin_rate * axis], momenta])))
     (past, before), (future, after) = histories
@@ -222,11 +222,11 @@ def _turned(one: j2000.State, axes: np.ndarray) -> j2000.State:
 
 
 @jax.jit
-def _momenta(state: rigid_splitting.Rotor, turning: rigid.Rigid, times: jax.Array, steps: int) -> jax.Array:
+def _momenta(state: splitting.Rotor, turning: rigid.Rigid, times: jax.Array, steps: int) -> jax.Array:
     """Angular momenta (N - 1, 3) at times (N,) but the first, which is that of the state; so many steps between two."""
 
-    def later(state: rigid_splitting.Rotor, span: tuple[jax.Array, jax.Array]) -> tuple:
-        state = rigid_splitting.advance(state, turning.rates, *span, steps, _ORDER, turning, rigid.kick)
+    def later(state: splitting.Rotor, span: tuple[jax.Array, jax.Array]) -> tuple:
+        state = splitting.advance(state, turning.rates, *span, steps, _ORDER, turning, rigid.kick)
         return state, state.angular_momentum.value
 
     return jax.lax.scan(later, state, (times[:-1], times[1:]))[1]

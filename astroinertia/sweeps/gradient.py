@@ -15,19 +15,17 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-import jax
 import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
 from astroinertia.accuracy.selected_observables import SelectedObservable, parsed, selected
 from astroinertia.build.assemble import Prepared, metadata, model_description, prepare
-from astroinertia.effects.own import failures_said
 from astroinertia.engines.variational import SIDES
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.observables.own import recorded
 from astroinertia.run.branch import moment
-from astroinertia.run.loop import SAME_TIME, in_si
+from astroinertia.run.loop import SAME_TIME, computing, in_si
 from astroinertia.scene import source
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
@@ -118,7 +116,7 @@ def members(scene: Scene, by: Sequence[str], until: float | None = None) -> xr.D
     sweep, units = sensitivity_sweep(scene, by, NEAR), code_units(scene)
     scenes = [sweep.scene(number) for number in range(len(sweep.members))]
     series: dict[int, xr.Dataset] = {}
-    with jax.enable_x64(True), failures_said():
+    with computing():
         for place, key in enumerate(by):
             numbers = range(1 + len(SIDES) * place, 1 + len(SIDES) * (place + 1))
             bodies = [prepare(scenes[number], units) for number in (0, *numbers)]

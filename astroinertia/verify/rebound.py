@@ -4,7 +4,7 @@ import jax
 import numpy as np
 
 from astroinertia.build.assemble import prepare
-from astroinertia.engines import numba_cpu
+from astroinertia.build.sph import engine_of
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.orbits.particles import accelerations, of_particles
@@ -16,7 +16,7 @@ from astroinertia.scene.load import loads
 from astroinertia.verify.comparison import Quantities
 
 _ECCENTRICITY, _ORBITS, _TUMBLES = 0.3, 20, 5  # orbits of Kepler and of torque
-_PARTICLES, _POINT = 1000, 1e-9  # and their smoothing length, so that no two kernels overlap
+_PARTICLES, _KERNEL, _POINT = 1000, "wendland_c2", 1e-9  # and smoothing lengths, so that no two kernels overlap
 _MASS, _DISTANCE = 3.0, 10.0  # of the companion, M = G = 1
 _MOMENTS, _SPIN = (0.02, 0.03, 0.04), (0.1, 0.02, 0.4)
 _TUMBLING = f"""
@@ -88,10 +88,10 @@ def direct_gravity() -> Quantities:
     random = np.random.default_rng(1)
     mass, position = random.uniform(0.5, 1.5, _PARTICLES) / _PARTICLES, random.normal(size=(_PARTICLES, 3))
     there = accelerations(of_particles(mass, position))
-    engine, size = numba_cpu.Engine(precision="float64"), np.full(_PARTICLES, _POINT)
+    engine, size = engine_of("numba_cpu", "float64", _KERNEL), np.full(_PARTICLES, _POINT)
     order, arrangement = engine.arrange(position, size)
     fields = {"mass": mass[order], "position": position[order], "velocity": np.zeros_like(position)}
-    sums = engine.all_pair_sums(arrangement, "wendland_c2", (DIRECT_GRAVITY,), fields | {"smoothing_length": size})
+    sums = engine.all_pair_sums(arrangement, _KERNEL, (DIRECT_GRAVITY,), fields | {"smoothing_length": size})
     separation = np.linalg.norm(position[order, None] - position[None], axis=-1)
     pulls = np.divide(mass, separation**2, out=np.zeros_like(separation), where=separation > 0).sum(axis=1)
     apart = np.linalg.norm(sums["gravity"]["acceleration"] - there[order], axis=1)

@@ -5,7 +5,8 @@ import math
 import jax
 import numpy as np
 
-from astroinertia.rotation import free_attitude, free_top, heavy_top, rigid_splitting
+from astroinertia.models.rigid.splitting import advance, rotor, turning_rates
+from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import attitude_of_quaternion
 from astroinertia.verify.comparison import Quantities
 
@@ -33,8 +34,8 @@ def splitting() -> Quantities:
     top, moments = free_top.free_top(_MOMENTS, _RACKET), np.array(_MOMENTS)
     end, momentum = _PERIODS * free_top.period(top), moments * np.array(_RACKET)
     with jax.enable_x64(True):
-        state = rigid_splitting.advance(
-            rigid_splitting.rotor([1.0, 0.0, 0.0, 0.0], momentum), rigid_splitting.turning_rates(moments),
+        state = advance(
+            rotor([1.0, 0.0, 0.0, 0.0], momentum), turning_rates(moments),
             0.0, end, _PERIODS * _STEPS, _ORDER,
         )  # fmt: skip
         inside = np.asarray(state.momentum_in_body)

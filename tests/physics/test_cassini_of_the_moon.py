@@ -10,9 +10,9 @@ import pytest
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.effects.gravity_gradient import GravityGradient
-from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.orbits.simulation import Companion, simulation
-from astroinertia.rotation import cassini, precession, rigid_splitting
+from astroinertia.rotation import cassini, precession
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion
 from astroinertia.rotation.ephemeris import ephemeris
 
@@ -45,14 +45,14 @@ def test_the_moon_stays_in_its_cassini_state():
         ]  # fmt: skip
         orbits = ephemeris(simulation(ours.gravitational_parameter, others), 6800 * DAY, 1e-9)
         turning = jax.tree.map(jnp.asarray, rigid.body(1.0, moments, effects=(GravityGradient(),), companions=orbits))
-        state = rigid_splitting.rotor(
+        state = splitting.rotor(
             quaternion(np.array([long_axis, np.cross(axis, long_axis), axis])),
             np.array([0.0, 0.0, largest * moon.angular_velocity]), jnp.zeros(1),
         )  # fmt: skip
         times = np.arange(0.0, 6795.0, 5.0) * DAY
         momenta, faces = [np.asarray(state.angular_momentum.value)], []
         for before, after in pairwise(times):
-            state = rigid_splitting.advance(state, turning.rates, before, after, 20, 2, turning, rigid.kick)
+            state = splitting.advance(state, turning.rates, before, after, 20, 2, turning, rigid.kick)
             momenta.append(np.asarray(state.angular_momentum.value))
             faces.append(np.asarray(attitude_of_quaternion(state.quaternion))[0])
         place, speed = (np.asarray(each)[:, 0] for each in (orbits.position(times), orbits.velocity(times)))

@@ -17,7 +17,6 @@ from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.gravity import direct
 from astroinertia.gravity.point_masses import PointMasses
-from astroinertia.gravity.sinks import no_sinks
 from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evaluate import (
     effect_accelerations,
@@ -27,6 +26,7 @@ from astroinertia.models.sph.evaluate import (
     virial_tensors,
 )
 from astroinertia.models.sph.first_state import initial_state
+from astroinertia.models.sph.sinks import no_sinks
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step

@@ -21,9 +21,9 @@ from astroinertia.build import sph as start_sph
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.engines import numba_modules, xla
 from astroinertia.gravity.point_masses import PointMasses
-from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models.sph.evaluate import virial_tensors
 from astroinertia.models.sph.first_state import initial_state
+from astroinertia.models.sph.sinks import no_sinks
 from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
@@ -153,7 +153,7 @@ IMPORTS = """
     from tests.pairs import PlainEngine
     found = []
     def imported():
-        rooms = ("astroinertia.effects.", "astroinertia.gravity.")
+        rooms = ("astroinertia.effects.", "astroinertia.gravity.", "astroinertia.models.sph.sinks")
         return sorted(name for name in sys.modules if name.startswith(rooms))
     found.append(imported())
     for text in json.loads(sys.argv[1]):
@@ -168,7 +168,7 @@ IMPORTS = """
             place = 8.0 * np.eye(3)
             points["companions"] = PointMasses(np.ones(3), place, 0.0 * place, np.float64(0.1))
         if "sinks" in problem.effect_names:
-            from astroinertia.gravity.sinks import no_sinks
+            from astroinertia.models.sph.sinks import no_sinks
             points["sinks"] = no_sinks(0.1, 24)
         state, arrangement = initial_state(
             problem, np.ones(24), random[0], random[1], np.ones(24), points=points
@@ -182,7 +182,7 @@ ALONGSIDE = {
     "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.clamped_points"},
     "tide": {"astroinertia.gravity.point_masses"},
     "companions": {"astroinertia.gravity.point_masses"},
-    "sinks": {"astroinertia.gravity.point_masses", "astroinertia.gravity.sinks"},
+    "sinks": {"astroinertia.gravity.point_masses", "astroinertia.models.sph.sinks"},
     "pressure": {"astroinertia.effects.gradients"},
     "viscosity": {"astroinertia.effects.gradients"},
     "cooling": {"astroinertia.effects.heat_exchange"},

@@ -11,9 +11,9 @@ import astroinertia
 from astroinertia.build.assemble import prepare
 from astroinertia.build.sph import resumed
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.gravity.sinks import no_sinks
 from astroinertia.models.sph import accretion
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.sinks import no_sinks
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from tests.evolve import prepared, reached

@@ -19,8 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines.pytree import pytree
+from astroinertia.models.rigid.splitting import Kick, Rotor, in_body, in_space, turning_rates
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion_product
-from astroinertia.rotation.rigid_splitting import Kick, Rotor, in_body, in_space, turning_rates
 
 Array = Any
 
@@ -216,7 +216,7 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
 
 
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
-    """The same for rotation.rigid_splitting: what effects do in an interval while the rest stands still.
+    """The same for models.rigid.splitting: what effects do in an interval while the rest stands still.
 
     Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes turn in its
     matter, the equations of the effects alone are solved to order 6.

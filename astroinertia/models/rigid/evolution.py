@@ -13,13 +13,12 @@ from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.rigid import body as rigid, passage
+from astroinertia.models.rigid import body as rigid, passage, splitting
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.passage import AT_ONCE, Course, Met, filled
 from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledgers
+from astroinertia.models.rigid.splitting import Rotor, in_body
 from astroinertia.observables.quantities import BodyState, row
-from astroinertia.rotation import rigid_splitting
-from astroinertia.rotation.rigid_splitting import Rotor, in_body
 
 Array = Any
 
@@ -75,7 +74,7 @@ class RigidBody:
     def _start(self, time: float, quaternion: Array, momentum: Array) -> None:
         body = self.body
         sized = _BY_SIZE if body.change is not None else 0
-        self.state = rigid_splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
+        self.state = splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
         self._time, self._steps, self._timestep, self._pace = time, 0, 0.0, 0.0
         self._way, self._refusal = adaptive.Way(), None
         if sized:

@@ -14,10 +14,9 @@ import numpy as np
 
 from astroinertia.engines import adaptive
 from astroinertia.ledger.moments import Compensated
-from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.models.rigid.body import Rigid
-from astroinertia.rotation import rigid_splitting
-from astroinertia.rotation.rigid_splitting import Rotor
+from astroinertia.models.rigid.splitting import Rotor
 
 Array = Any
 
@@ -155,7 +154,7 @@ def _split(
     steps = whole(jnp.where(possible, wanted, 1.0))
     more = jnp.minimum(steps, _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
-    state = rigid_splitting.advance(
+    state = splitting.advance(
         course.state, body.rates, course.time, stop, more, order, body,
         None if free else rigid.kick, None if body.change is None else rigid.size,
     )  # fmt: skip
@@ -192,7 +191,7 @@ def _adapted(
     right = jnp.where(jnp.abs(right - 1.0) < _MISALIGNED, right, 1.0)
     state = Rotor(filled(state.turning.value.at[4:].multiply(right)), state.angular_momentum, state.sums)
     for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
-        state = rigid_splitting.put_right(state, _MISALIGNED)
+        state = splitting.put_right(state, _MISALIGNED)
         state = Rotor(filled(state.turning.total), state.angular_momentum, state.sums)
     time = jnp.where(advanced.unfinished, advanced.time, until)
     after = Course(state, time, course.pace, advanced.timestep, course.steps + advanced.steps)

@@ -2,7 +2,7 @@
 
 The energy has two parts that can be solved alone: point masses on orbits (REBOUND) with the free rotation, and the
 body's quadrupole in the field of the companions, which leaves places and attitude and changes speeds and spin. Half a
-kick, a drift and half a kick, composed as in `rotation.rigid_splitting`, keep the total angular momentum, for every
+kick, a drift and half a kick, composed as in `models.rigid.splitting`, keep the total angular momentum, for every
 kick does, and the energy without drift (Touma & Wisdom 1994, Astronomical Journal 107, 1189, section 4). Code units.
 """
 
@@ -19,13 +19,12 @@ from astroinertia.effects.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint
-from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings, too_fast
 from astroinertia.models.rigid.passage import MOST_STEPS, Met, planned, whole
+from astroinertia.models.rigid.splitting import COMPOSITIONS, Rotor
 from astroinertia.orbits import states
-from astroinertia.rotation import rigid_splitting
-from astroinertia.rotation.rigid_splitting import COMPOSITIONS, Rotor
 
 Array = Any
 
@@ -127,7 +126,7 @@ class CoupledRigidBody(RigidBody):
 @jax.jit
 def _turned_and_kicked(body: Rigid, time: Array, state: Rotor, drift: Array, interval: Array) -> tuple[Rotor, Array]:
     """The rotor after it turned freely and was kicked, and what the kick adds to the velocities of all bodies."""
-    state = rigid_splitting.advance(state, body.rates, 0.0, drift, 1, _ORDER_OF_DRIFT)
+    state = splitting.advance(state, body.rates, 0.0, drift, 1, _ORDER_OF_DRIFT)
     seen = rigid.view(body, time, state.quaternion, state.momentum_in_body, state.angular_momentum.value)
     attraction = quadrupole_attraction(seen)
     reaction = -(body.companions.mass @ attraction) / body.mass

@@ -14,7 +14,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.models.rigid import body as rigid, passage
 from astroinertia.models.rigid.evolution import FAR_TOO_MANY, SHORTEST, RigidBody
 from astroinertia.models.rigid.passage import filled
-from astroinertia.rotation.rigid_splitting import Rotor
+from astroinertia.models.rigid.splitting import Rotor
 
 Array = Any
 

@@ -12,7 +12,6 @@ import jax
 import numpy as np
 
 from astroinertia.errors import NumericalError
-from astroinertia.gravity.sinks import Sinks, merged
 from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.ledger.moments import after_heating, after_removal, removed, whole
@@ -20,6 +19,7 @@ from astroinertia.models.sph.evaluate import evaluated
 from astroinertia.models.sph.limits import total_acceleration
 from astroinertia.models.sph.points import with_others, without_others
 from astroinertia.models.sph.record import energy_budget
+from astroinertia.models.sph.sinks import Sinks, merged
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem, State, member_key
 from astroinertia.sph.kernels import KERNELS

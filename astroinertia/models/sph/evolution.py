@@ -9,7 +9,7 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.protocol import TIMESTEP_CRITERIA, Figures, Record
+from astroinertia.models.protocol import Figures, Record
 from astroinertia.models.sph.evaluate import effect_accelerations
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
@@ -23,6 +23,7 @@ from astroinertia.models.sph.record import (
 from astroinertia.models.sph.sorting import rearranged, stale
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.models.sph.step import step
+from astroinertia.observables.quantities import TIMESTEP_CRITERIA
 
 # Particles are sorted again, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
 # uninterrupted one did, and both compute the same bits.

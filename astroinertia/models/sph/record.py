@@ -6,14 +6,19 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
-from astroinertia.models.protocol import TIMESTEP_CRITERIA
 from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
 from astroinertia.models.sph.extent import extent
 from astroinertia.models.sph.limits import limiting, timestep_limits
 from astroinertia.models.sph.points import system_record
 from astroinertia.models.sph.resolution import resolution
 from astroinertia.models.sph.state import Problem, State
-from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
+from astroinertia.observables.quantities import (
+    TIMESTEP_CRITERIA,
+    BodyState,
+    ledger_closure as closure,
+    of_ledger,
+    row,
+)
 from astroinertia.sph.kernels import KERNELS, neighbour_number
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 

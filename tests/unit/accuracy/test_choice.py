@@ -18,7 +18,7 @@ from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import default_names, parsed
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
-from astroinertia.rotation.rigid_splitting import COMPOSITIONS
+from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.scene import load
 from tests.delivered_scenes import ELLIPSOID
 from tests.tradeoff_scenes import SIMS, TOY_STAR

@@ -8,7 +8,7 @@ from numba.core import event
 
 from astroinertia.engines import elementwise as loops
 from astroinertia.engines.elementwise import elementwise, totals
-from astroinertia.process.few import FEW
+from astroinertia.engines.few import FEW
 
 random = np.random.default_rng(8)
 COUNT = 2 * loops.ALONE + 700  # two threads, and a part of a chunk

@@ -5,8 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.rotation import free_top, rigid_splitting
-from astroinertia.rotation.rigid_splitting import Kick, advance, in_body, in_space, rotor, turning_rates
+from astroinertia.models.rigid import splitting
+from astroinertia.models.rigid.splitting import Kick, advance, in_body, in_space, rotor, turning_rates
+from astroinertia.rotation import free_top
 
 MOMENTS, SPIN = np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.2, 1.0])
 
@@ -107,6 +108,6 @@ def test_a_body_at_rest_stays_at_rest():
 
 def test_the_stages_of_a_step_stay_within_it():
     # Tables of orbits end with the run.
-    for stages in rigid_splitting.COMPOSITIONS.values():
+    for stages in splitting.COMPOSITIONS.values():
         reached = np.cumsum(stages)
         assert reached.min() > 0.0 and reached.max() < 1.0 + 1e-15 and reached[-1] == pytest.approx(1.0, abs=1e-15)

@@ -133,7 +133,7 @@ def advance(
     rates are those of `turning_rates`. kick(arguments, time, state, interval) is what all torques do in an interval
     that may be negative, with the time standing still; size(arguments, time) the factor of all moments. Both are
     functions of a module: each new one is compiled. Runs under jax.enable_x64. Checked by
-    tests/unit/rotation/test_rigid_splitting.py.
+    tests/unit/models/rigid/test_splitting.py.
     """
     stages = np.array(COMPOSITIONS[order])
     lengths, count = jnp.asarray(stages), len(stages)
