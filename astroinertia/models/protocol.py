@@ -102,3 +102,12 @@ class Through(Protocol):
         `advance` must see to something first.
         """
         ...
+
+
+@runtime_checkable
+class Rehearsed(Protocol):
+    """What an evolution may offer besides: to have compiled whatever its run may come to, as `warm` asks for."""
+
+    def rehearse(self) -> None:
+        """Do once what later steps may have to do; the state stays what it is."""
+        ...

@@ -9,12 +9,17 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import jax
 from numba.core import event
 
+from astroinertia.build.assemble import restore
+from astroinertia.engines.devices import shared_out
 from astroinertia.errors import SceneError
+from astroinertia.models.protocol import Rehearsed
 from astroinertia.run import loop
 from astroinertia.scene.changed import with_settings
 from astroinertia.scene.schema import Scene
+from astroinertia.storage.archive import Archive
 
 STEPS = 2  # the second is the first that goes on from a step
 
@@ -35,9 +40,9 @@ class Compiled:
 def warm(scene: Scene) -> Compiled:
     """Compile what a run of the scene needs, and leave no run.
 
-    The body is prepared, and settled where it is to be, and two steps are taken, with records, in a temporary folder.
-    What only later steps need is compiled then. Raises SceneError where settings of the scene are still to be chosen,
-    and else what a run raises.
+    The body is prepared, and settled where it is to be, and two steps are taken, with records, in a temporary folder;
+    from there a step of each further kind that the run may come to. Raises SceneError where settings of the scene are
+    still to be chosen, and else what a run raises.
 
     >>> from astroinertia.scene.load import load_file
     >>> warm(load_file("sims/tennis_racket.toml")).programs
@@ -50,8 +55,17 @@ def warm(scene: Scene) -> Compiled:
     begun = time.perf_counter(), time.process_time()
     with event.install_recorder("numba:compile") as recorder, TemporaryDirectory() as folder:
         loop.run_scene(short, Path(folder, "run"))
+        _rehearse(short, Path(folder, "run"))
     programs, compiling = _outermost(recorder.buffer)
     return Compiled(programs, compiling, time.perf_counter() - begun[0], time.process_time() - begun[1])
+
+
+def _rehearse(scene: Scene, folder: Path) -> None:
+    """What its later steps may come to, from the state that a run was left in."""
+    with Archive.view(folder) as left, jax.enable_x64(True), shared_out(scene.numerics.devices):
+        body = restore(left, scene).evolution
+        if isinstance(body, Rehearsed):
+            body.rehearse()
 
 
 def _outermost(events: list[tuple[float, Any]]) -> tuple[tuple[str, ...], float]:

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from astroinertia.build.assemble import prepare
+from astroinertia.build.sph import resumed
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.sph import block_step, intervals, subcycle
-from astroinertia.models.sph.evolution import Particles
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.models.sph.record import energy_budget, works_from_outside
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.step import step
 from astroinertia.scene import load
+from astroinertia.scene.plan import code_units
 
 EVRARD = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
 SETTINGS = ["body.placement=random", "numerics.precision=float64", "numerics.timesteps=individual"]
@@ -102,10 +104,24 @@ def test_what_is_taken_out_of_the_body_moves_as_it_would_within(monkeypatch: pyt
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-9, atol=1e-11, err_msg=name)
 
 
-def test_the_same_bits_again_and_after_a_checkpoint() -> None:
-    from astroinertia.build.sph import resumed
-    from astroinertia.scene.plan import code_units
+def test_steps_of_one_interval_for_all_are_sorted_as_rarely_as_global_ones_and_go_on_the_same() -> None:
+    settings = [*SETTINGS, "body.particles=200", "numerics.max_timestep=1e-3"]
+    scene, whole, states, pauses = load.load_file(EVRARD, settings), start(*settings), {}, []
+    for number in range(STEPS_BETWEEN_SORTS + 4):
+        if whole.resumable:
+            pauses.append(number)
+            states[number] = {name: array.copy() for name, array in whole.arrays().items()}
+        whole.advance(1.0)
+    assert pauses == [0, STEPS_BETWEEN_SORTS]
+    again = resumed(scene, code_units(scene), states[STEPS_BETWEEN_SORTS])
+    assert again.resumable
+    while again.steps < whole.steps:
+        again.advance(1.0)
+    for name, array in flattened(whole.state).items():
+        np.testing.assert_array_equal(array, flattened(again.state)[name], err_msg=name)
 
+
+def test_the_same_bits_again_and_after_a_checkpoint() -> None:
     scene = load.load_file(EVRARD, [*SETTINGS, "body.particles=200"])
     whole, again = start("body.particles=200"), start("body.particles=200")
     for _ in range(12):

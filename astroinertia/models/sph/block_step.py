@@ -8,6 +8,7 @@ like any other: nothing but the state goes from one base step to the next. Where
 the global one.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,7 +29,7 @@ from astroinertia.models.sph import (
 from astroinertia.models.sph.active import BlockStep, HalfIntervals, opened
 from astroinertia.models.sph.evaluate import Sums, add_sums
 from astroinertia.models.sph.intervals import NEIGHBOURS, merged, rungs
-from astroinertia.models.sph.limits import shortest, total_acceleration
+from astroinertia.models.sph.limits import shortest, total_acceleration, towards
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
 from astroinertia.sph.fluid import Fluid
 
@@ -71,21 +72,43 @@ class Taken:
         return f"rungs {' '.join(map(str, self.counts))}, ideal speed-up {self.ideal_speed_up:.1f}"
 
 
-def step(problem: Problem, arrangement: Arrangement, state: State, until: float) -> tuple[State, Arrangement, Taken]:
-    """One base step, not past `until`, of particles that were just sorted."""
-    limits, lists = own_limits(problem, state.rates), None
-    if intervals.rungs_that_pay(limits):  # nor do they with limits that are agreed on, which are closer together
+def step(
+    problem: Problem, arrangement: Arrangement, state: State, until: float, longest: float = math.inf,
+    rung: Array | None = None,
+) -> tuple[State, Arrangement, Taken]:  # fmt: skip
+    """One base step, not past `until` and no longer than `longest`; the global one where several rungs do not pay.
+
+    rung: (N,) those with which it lasts until then; None where limits decide.
+    """
+    limits, remaining = own_limits(problem, state.rates), until - float(state.time)
+    # Nor do several rungs pay with limits that are agreed on, which are closer together.
+    if rung is not None or intervals.rungs_that_pay(limits):
         lists = evaluate.listed(problem, arrangement.pairs, state)
         limits = agreed_limits(problem, lists, state, limits)
+        base = towards(remaining, longest)
+        if rung is None:
+            base, rung = _chosen(problem, state, limits, base)
+        if rung.any():
+            return _split(problem, arrangement, lists, state, base, limits, rung)
+    dt = towards(remaining, min(float(state.rates.timestep), longest))
+    taken = Taken(np.array([len(limits)]), len(limits), 1)
+    return global_steps.step(problem, arrangement, state, np.float64(dt)), arrangement, taken
+
+
+def _chosen(problem: Problem, state: State, limits: Array, remaining: float) -> tuple[float, Array]:
+    """The base step and rungs (N,) that cost least with limits (N,)."""
     # What is on its way is not to be met in the middle of an interval.
-    meets = bool(problem.terms("neighbour_terms"))
-    remaining, beyond = until - float(state.time), 0 if _act_with_base(problem) else BEYOND
-    longest = min(remaining, 2.0**beyond * float(np.max(limits)))
-    met = float(timesteps.contact(problem, state.rates.fluid, np.float64(longest))) if meets else np.inf
-    base, rung = intervals.base_step(limits, min(remaining, met), beyond)
-    if lists is None or not rung.any():
-        taken = Taken(np.bincount(rung), len(rung), 1)
-        return global_steps.step(problem, arrangement, state, np.float64(base)), arrangement, taken
+    beyond = 0 if _act_with_base(problem) else BEYOND
+    if problem.terms("neighbour_terms"):
+        longest = min(remaining, 2.0**beyond * float(np.max(limits)))
+        remaining = min(remaining, float(timesteps.contact(problem, state.rates.fluid, np.float64(longest))))
+    return intervals.base_step(limits, remaining, beyond)
+
+
+def _split(
+    problem: Problem, arrangement: Arrangement, lists: Any, state: State, base: float, limits: Array, rung: Array
+) -> tuple[State, Arrangement, Taken]:
+    """A base step of that length with these rungs (N,); lists: the engine's arrangement with lists of neighbours."""
     block = opened(problem, arrangement, state, base, limits)
     block.pairs = lists
     everyone = np.arange(block.count)

@@ -25,8 +25,8 @@ from astroinertia.models.sph.state import Problem, State
 from astroinertia.models.sph.step import step
 from astroinertia.observables.quantities import TIMESTEP_CRITERIA
 
-# Particles are sorted again, and checkpoints may be taken, every so many steps: a resumed run then sorts where the
-# uninterrupted one did, and both compute the same bits.
+# Particles are sorted again, and checkpoints may be taken, every so many steps and after each that was of several
+# intervals: a resumed run then sorts where the uninterrupted one did, and both compute the same bits.
 STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
@@ -37,7 +37,7 @@ IN_A_BOX: dict[str, str] = dict.fromkeys(
 )
 
 Between = Callable[[Problem, Any, State], tuple[State, Any]]
-BaseStep = Callable[[Problem, Any, State, float], tuple[State, Any, Any]]
+BaseStep = Callable[..., tuple[State, Any, Any]]  # block_step.step
 
 
 class Particles:
@@ -65,6 +65,7 @@ class Particles:
         self.problem, self.state, self.arrangement, self.end = problem, state, arrangement, end
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
+        self._split = base_step is not None  # whether the last step was of several intervals, or is not known
         self._step = jax.jit(step) if problem.engine.name == "xla" else step
         self.evaluations = 0  # of a particle, since this object was made
 
@@ -93,7 +94,7 @@ class Particles:
     @property
     def resumable(self) -> bool:
         """Whether particles are about to be sorted again."""
-        return self.base_step is not None or self.steps % STEPS_BETWEEN_SORTS == 0
+        return self._split or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
         """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`."""
@@ -102,11 +103,11 @@ class Particles:
             if self.base_step is not None:
                 try:
                     self.state, self.arrangement, taken = self.base_step(
-                        self.problem, self.arrangement, self.state, self.time + towards(until - self.time, longest)
+                        self.problem, self.arrangement, self.state, until, longest
                     )
                 except NumericalError as error:
                     raise self._too_short(error.message) from None
-                self.note = str(taken)
+                self.note, self._split = str(taken), taken.ends > 1
                 self.evaluations += taken.evaluations
             else:
                 dt = towards(until - self.time, min(dt, longest))
@@ -115,6 +116,12 @@ class Particles:
         self.check()
         if self.between is not None:
             self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
+
+    def rehearse(self) -> None:
+        """Take all kinds of steps that the run may come to, so that what they need is compiled; the state stays."""
+        from astroinertia.models.sph.rehearsal import rehearse  # no run needs it
+
+        rehearse(*rearranged(self.problem, self.state), self.problem, self.base_step)
 
     def begin(self) -> float:
         """Sort particles where it is due; how long a step the state allows. NumericalError where that is none."""
