@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.assemble import prepare
+from astroinertia.effects import deleptonisation
 from astroinertia.errors import SceneError
 from astroinertia.matter.finite_temperature import is_finite_temperature, read_finite_temperature
 from astroinertia.matter.isentropes import isentropes, tabulated
@@ -68,6 +69,24 @@ def test_matter_beyond_its_temperatures_is_no_colder_than_the_coldest_and_goes_o
     assert found[0] == pytest.approx(found[1], rel=1e-11)
     assert found[4] - found[3] == pytest.approx(found[3] - found[2], rel=1e-9)
     assert (found[3] - found[2]) / (0.1 * high) == pytest.approx(density / 3.0, rel=1e-2)  # radiation
+
+
+def test_electrons_that_leave_take_the_pressure_that_the_table_has_along_its_fractions(path):
+    """Degenerate relativistic ones, as the effect deleptonisation has them: to 0.3 % from 1e10 g/cm^3 on.
+
+    The table's are cold electrons of any speed; at 1e9 g/cm^3, where collapse does not begin yet, it is 1 %.
+    """
+    density = np.array([1e12, 1e13, 1e14, 1e15, 1e16, 1e17])
+    for fraction in (0.44, 0.36, 0.28):
+        before, after = (read_finite_temperature(path, each) for each in (0.5, fraction))
+        pressures = [
+            [table.function()(rho, np.array([exact.energy(rho, 1.0, own)]))[0] for rho in density]
+            for table, own in ((before, 0.5), (after, fraction))
+        ]
+        taken = deleptonisation.ELECTRONS * density ** (4 / 3) * (fraction ** (4 / 3) - 0.5 ** (4 / 3))
+        off = taken / np.subtract(pressures[1], pressures[0]) - 1.0
+        assert 5e-3 < off[0] < 1e-2
+        assert np.abs(off[1:]).max() < 3e-3
 
 
 @pytest.mark.parametrize("temperature", [0.3, 1.0, 5.0])
