@@ -212,10 +212,11 @@ def _settled(
 
 
 def _still(problem: Problem) -> Problem:
-    """What bodies settle under: gravity and pressure alone, in 64 bits."""
+    """What bodies settle under: gravity and pressure alone, in the precision of the run, whose programs then serve."""
     effects = tuple(effect.settling for effect in problem.effects if effect.kind in ("gravity", "pressure"))
     later = tuple(problem.terms(name) for name in ("gradient_terms", "neighbour_terms"))
-    return replace(problem, engine=numba_cpu.Engine(precision="float64", programs=later), effects=effects)
+    engine = numba_cpu.Engine(precision=problem.engine.precision, programs=later)
+    return replace(problem, engine=engine, effects=effects)
 
 
 def _density_error(at_4000: float, count: int) -> float:

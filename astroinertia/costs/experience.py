@@ -78,5 +78,6 @@ def _bodies(scene: Scene) -> str:
     return cache.content_key(
         bodies=[repr(alone.body) for alone in scene.alone()], matter=repr(scene.equation_of_state),
         settling=repr(settling),
-        numerics=[numerics.kernel, numerics.eta, numerics.neighbours, numerics.smoothing_tolerance], marks=_VERSION,
+        numerics=[numerics.kernel, numerics.eta, numerics.neighbours, numerics.smoothing_tolerance, scene.precision],
+        marks=_VERSION,
     )  # fmt: skip

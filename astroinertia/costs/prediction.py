@@ -201,11 +201,10 @@ def settles(scene: Scene) -> bool:
 
 
 def _settling(scene: Scene, machine: Machine) -> Seconds:
-    # Bodies settle under gravity and pressure alone, in 64 bits.
-    numerics = scene.numerics.model_copy(update={"precision": "float64"})
+    # Bodies settle under gravity and pressure alone.
     effects = {kind: scene.effects[kind] for kind in ("gravity", "pressure")}
     body: Any = scene.body
-    still = scene.model_copy(update={"numerics": numerics, "effects": effects})
+    still = scene.model_copy(update={"effects": effects})
     return settling_steps(body.particles) * total(evaluation(still, body.particles, machine).values())
 
 

@@ -33,6 +33,7 @@ from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf
 ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
+CARRIED = 6000  # particles that settle sooner with a run's larger programs than others for them are compiled
 LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered again
 LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting again pays
 SHAPES = {"central": (3,), "sum": (), "max": (), "outer": (3, 3), "symmetric": (3, 3)}
@@ -91,7 +92,7 @@ class Engine:
     """Pair sums with numba; precision "float64", or "mixed": float32 pairs relative to the leaf, float64 sums.
 
     threads: how many; None for all that numba would use (NUMBA_NUM_THREADS). programs: the terms of sums over
-    neighbours that are compiled anyway; one of them does for sums of some of its effects, where particles are few.
+    neighbours that are compiled anyway; one of them does for sums of some of its effects, up to CARRIED particles.
     images: how many of each of few particles there may be, itself among them, until they are no longer few.
     together: the processes that share out sums over neighbours; sums over all pairs, which are of few particles, each
     makes for itself.
@@ -270,9 +271,9 @@ class Engine:
         return _finished(_of_all(made_here, part), virial)
 
     def _carried_by(self, terms: tuple[PairTerm, ...], count: int) -> tuple[PairTerm, ...]:
-        """The terms of the program that makes sums of these: for few particles none is compiled for some of another."""
+        """The terms of the program that makes sums of these: up to CARRIED particles none is compiled for some of it."""
         effects = {term.effect for term in terms}
-        for program in self.programs if self._few(count) else ():
+        for program in self.programs if count <= CARRIED else ():
             if tuple(term for term in program if term.effect in effects) == terms:
                 return program
         return terms

@@ -144,20 +144,22 @@ def test_a_wider_program_does_for_some_of_its_effects(reference, monkeypatch):
     for name in ("few_neighbour_pass", "neighbour_pass"):
         made = getattr(numba_cpu, name)
         monkeypatch.setattr(numba_cpu, name, lambda *given, made=made: (carried.append(given[1]), made(*given))[1])
-    found = wide.neighbour_sums(arrangement, KERNEL, terms, without, virial=True)
-    assert carried == [NEIGHBOUR_TERMS]
-    assert found.keys() == plain.keys() == {"lone", "unlimited"}
-    for effect, outputs in plain.items():
-        for name, value in outputs.items():
-            assert found[effect][name] == pytest.approx(value, rel=1e-12, abs=1e-12 * np.abs(value).max()), (
-                effect,
-                name,
-            )
-    # PUSH alone is not all that adds to its effect there; and many particles have a program of their own.
+    for few in (COUNT, COUNT - 1):
+        monkeypatch.setattr(numba_cpu, "FEW", few)
+        found = wide.neighbour_sums(arrangement, KERNEL, terms, without, virial=True)
+        assert found.keys() == plain.keys() == {"lone", "unlimited"}
+        for effect, outputs in plain.items():
+            for name, value in outputs.items():
+                assert found[effect][name] == pytest.approx(value, rel=1e-12, abs=1e-12 * np.abs(value).max()), (
+                    effect,
+                    name,
+                )
+    assert carried == [NEIGHBOUR_TERMS, NEIGHBOUR_TERMS]
+    # PUSH alone is not all that adds to its effect there; and more particles have a program of their own.
     wide.neighbour_sums(arrangement, KERNEL, (PUSH,), fields, virial=True)
-    monkeypatch.setattr(numba_cpu, "FEW", COUNT - 1)
+    monkeypatch.setattr(numba_cpu, "CARRIED", COUNT - 1)
     wide.neighbour_sums(arrangement, KERNEL, terms, fields, virial=True)
-    assert carried[1:] == [(PUSH,), terms]
+    assert carried[2:] == [(PUSH,), terms]
 
 
 def test_the_particle_set_is_clustered(reference):
