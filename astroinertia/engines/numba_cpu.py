@@ -271,7 +271,7 @@ class Engine:
         return _finished(_of_all(made_here, part), virial)
 
     def _carried_by(self, terms: tuple[PairTerm, ...], count: int) -> tuple[PairTerm, ...]:
-        """The terms of the program that makes sums of these: up to CARRIED particles none is compiled for some of it."""
+        """The terms of the program that makes sums of these; up to CARRIED particles none is compiled for a few."""
         effects = {term.effect for term in terms}
         for program in self.programs if count <= CARRIED else ():
             if tuple(term for term in program if term.effect in effects) == terms:
