@@ -7,6 +7,7 @@ from typing import Any
 from astroinertia.effects.characteristic import Characteristic
 
 Options = Mapping[str, Any]
+ZONE = ("mass", "radius", "zone")  # what the estimates of one zone need
 Found = tuple[float, float]
 """The dimensionless number, and the relative change of the observables."""
 

@@ -1,12 +1,149 @@
-"""Effects that turn a rigid body, as the catalogue lists them."""
+"""Effects that turn a rigid body, as the catalogue lists them, and how large each is in a scene.
 
+Sizes are the torque times the run over the angular momentum, and what it moves: upper estimates of the change of the
+axis' direction (rad) and of the rate (relative). Tests: tests/unit/effects/test_sizes.py.
+"""
+
+import math
 from collections.abc import Mapping
 
-from astroinertia.effects import torque_sizes
+from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, dot, size, within_all
+from astroinertia.matter.rheology import dissipation
 from astroinertia.units import LIGHT, REQUIRED, Option, not_negative, positive
 
 _FRAME = Option("choice", "inertial", "the axes that it is given in", choices=("inertial", "body"))
+_TURNS = ("moments", "spin")
+
+
+def _momentum(body: Characteristic) -> float:
+    assert body.moments is not None and body.spin is not None
+    return body.moments[2] * body.spin
+
+
+def _share(body: Characteristic, impulse: float) -> float:
+    momentum = _momentum(body)
+    return impulse / momentum if momentum > 0.0 else math.inf if impulse > 0.0 else 0.0
+
+
+def _constant_torque(body: Characteristic, options: Options) -> Found:
+    last = body.end if options["until"] is None else min(body.end, options["until"])
+    share = _share(body, size(options["vector"]) * max(0.0, last - options["begin"]))
+    return share, within_all(share)
+
+
+def _impulses(body: Characteristic, options: Options) -> Found:
+    number = 0.0
+    if body.end >= options["time"]:
+        every = options["every"]
+        number = 1.0 if every is None else min(options["number"], 1.0 + (body.end - options["time"]) // every)
+    share = _share(body, number * size(options["angular_momentum"]))
+    return share, within_all(share)
+
+
+def _pivot(body: Characteristic, options: Options) -> Found:
+    assert body.mass is not None and body.moments is not None
+    torque = body.mass * size(options["gravity"]) * size(options["arm"])
+    if not body.spin:
+        swing = torque / max(body.moments[2], 1e-300) * body.end**2
+        return swing, within_all(swing)
+    return torque / (_momentum(body) * body.spin), within_all(_share(body, torque * body.end))
+
+
+def _dipole_braking(body: Characteristic, options: Options) -> Found:
+    assert body.moments is not None and body.spin is not None
+    index = options["index"]
+    if options["field"] is not None and options["radius"] is not None:
+        light = options["speed_of_light"]
+        field = 8.0 * math.pi / 3.0 * options["field"] ** 2 * options["radius"] ** 6 / light**3
+        decay = field * body.spin**2 / body.moments[2]
+    else:
+        rate = 2.0 * math.pi / options["period"]
+        decay = options["period_derivative"] / options["period"] * (body.spin / rate) ** (index - 1.0)
+    if abs(index - 1.0) < 1e-9:
+        change = -math.expm1(-decay * body.end)
+    else:
+        base = 1.0 + (index - 1.0) * decay * body.end
+        change = 1.0 - base ** (-1.0 / (index - 1.0)) if base > 0.0 else 1.0
+    return decay / body.spin if body.spin else 0.0, within_all(change)
+
+
+def _internal_dissipation(body: Characteristic, options: Options) -> Found:
+    assert body.spin is not None
+    scale = options["time_scale"]
+    if options["rate"] is not None and body.spin > 0.0:
+        scale *= (options["rate"] / body.spin) ** 3
+    gone = -math.expm1(-body.end / scale)
+    return body.end / scale, within_all(body.wobble * gone)
+
+
+def gradient_turn(body: Characteristic, other: Neighbour) -> float:
+    """The angle, in rad, by which the torque of another body on the figure moves the axis in the run.
+
+    A figure that turns about its largest moment is averaged over its rotation: (3/2) (G M'/(a^3 (1 - e^2)^(3/2)))
+    (H/omega) sin eps cos eps t with H = 1 - (A + B)/(2 C), and the rest, of B - A, acts as long as the body shows the
+    other one the same side, 1/(2 |omega - n|). One that tumbles is not averaged.
+    """
+    assert body.moments is not None and body.spin is not None
+    least, middle, largest = body.moments
+    strength = 1.5 * body.gravitational_constant * other.mass
+    strength /= other.distance**3 * (1.0 - other.eccentricity**2) ** 1.5
+    if not body.spin:
+        return strength * (largest - least) / largest * body.end**2
+    cosine = min(1.0, abs(dot(body.spin_axis, other.normal)) / (size(body.spin_axis) * size(other.normal)))
+    oblique = cosine * math.sqrt(1.0 - cosine**2)
+    if body.wobble > 0.1:
+        return strength / body.spin * (largest - least) / largest * body.end * max(oblique, body.wobble)
+    relative = 2.0 * abs(body.spin - other.rate)
+    lasts = body.end if relative * body.end < 1.0 else 1.0 / relative
+    steady = (1.0 - (least + middle) / (2.0 * largest)) * oblique * body.end
+    return strength / body.spin * (steady + (middle - least) / largest * lasts)
+
+
+def _gravity_gradient(body: Characteristic, options: Options) -> Found:
+    if not body.neighbours:
+        return 0.0, 0.0
+    assert body.spin is not None
+    turn = sum(gradient_turn(body, other) for other in body.neighbours)
+    return turn / max(body.spin * body.end, 1e-300), within_all(turn)
+
+
+def tidal_spin_down(body: Characteristic, other: Neighbour, options: Options) -> float:
+    """The share of the spin that the torque on the lagging tide takes in the run: 3 k2 G M'^2 R^5 lag/a^6 over C omega.
+
+    k2 times the lag angle is k2/(2 Q), -Im k2/2, or k2 times the time lag times |omega - n|; eccentricity as
+    (1 - e)^-6, an upper bound.
+    """
+    rate = max(abs((body.spin or 0.0) - other.rate), other.rate)
+    number, time = options["love_number"], options["relaxation_time"]
+    if time is not None:
+        lagging = 0.5 * dissipation(number, options["fluid_love_number"], 2.0 * rate, time, options["exponent"])
+    elif options["quality"] is not None:
+        lagging = 0.5 * number / options["quality"]
+    else:
+        lagging = number * options["time_lag"] * rate
+    strength = 3.0 * body.gravitational_constant * other.mass**2 * options["radius"] ** 5
+    return _share(body, strength * lagging / (other.distance * (1.0 - other.eccentricity)) ** 6 * body.end)
+
+
+def _tidal_torque(body: Characteristic, options: Options) -> Found:
+    if not body.neighbours:
+        return 0.0, 0.0
+    share = sum(tidal_spin_down(body, other, options) for other in body.neighbours)
+    tide = 0.0
+    if body.radius is not None:
+        tide = sum(tidal_parameter(body, other.mass, other.distance) for other in body.neighbours)
+    return tide, within_all(share)
+
+
+def _rotational_deformation(body: Characteristic, options: Options) -> Found:
+    assert body.moments is not None and body.spin is not None
+    per_square = options["love_number"] * options["radius"] ** 5 / (3.0 * body.gravitational_constant)
+    bulge = per_square * body.spin**2 / body.moments[2]
+    grown = 2.0 / 3.0 * per_square * abs(body.spin**2 - options["rate"] ** 2) / body.moments[2]
+    return bulge, within_all(grown + body.wobble * min(1.0, bulge * body.spin * body.end))
+
 
 RIGID: Mapping[str, Entry] = {
     "constant_torque": Entry(
@@ -22,7 +159,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 5.5",
         ("rigid", "scaling"),
-        size=torque_sizes.CONSTANT_TORQUE,
+        size=Measure(
+            "torque times run over L",
+            "torque times the time that it acts, over L",
+            "Goldstein, Poole & Safko 2002, 1.1",
+            _constant_torque,
+            _TURNS,
+            ("vector",),
+        ),
         colour="yellow",
     ),
     "impulses": Entry(
@@ -39,7 +183,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 1.1",
         ("rigid",),
-        size=torque_sizes.IMPULSES,
+        size=Measure(
+            "impulses over L",
+            "the sum of all impulses over L",
+            "Goldstein, Poole & Safko 2002, 1.1",
+            _impulses,
+            _TURNS,
+            ("angular_momentum", "time"),
+        ),
         colour="purple",
     ),
     "pivot": Entry(
@@ -53,7 +204,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldstein, Poole & Safko 2002, section 5.7",
         ("rigid",),
-        size=torque_sizes.PIVOT,
+        size=Measure(
+            "M g l/(L omega)",
+            "angle of precession M g l t/L",
+            "Goldstein, Poole & Safko 2002, 5.7",
+            _pivot,
+            (*_TURNS, "mass"),
+            ("gravity", "arm"),
+        ),
         colour="vermillion",
     ),
     "dipole_braking": Entry(
@@ -78,7 +236,13 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970",
         ("sph", "rigid", "scaling"),
-        size=torque_sizes.DIPOLE_BRAKING,
+        size=Measure(
+            "torque over L omega",
+            "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
+            "Goldreich 1970",
+            _dipole_braking,
+            _TURNS,
+        ),
         colour="purple",
     ),
     "internal_dissipation": Entry(
@@ -94,7 +258,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973",
         ("rigid",),
-        size=torque_sizes.INTERNAL_DISSIPATION,
+        size=Measure(
+            "run over time scale",
+            "angle of the wobble times 1 - exp(-t/tau)",
+            "Burns & Safronov 1973",
+            _internal_dissipation,
+            ("spin",),
+            ("time_scale",),
+        ),
         colour="orange",
     ),
     "gravity_gradient": Entry(
@@ -105,7 +276,13 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Murray & Dermott 1999, section 5.2",
         ("rigid",),
-        size=torque_sizes.GRAVITY_GRADIENT,
+        size=Measure(
+            "torque over L omega",
+            "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
+            "Murray & Dermott 1999, 5.2; Goldreich 1966",
+            _gravity_gradient,
+            (*_TURNS, "neighbours"),
+        ),
         colour="blue",
         auto="always",
     ),
@@ -129,7 +306,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012",
         ("rigid",),
-        size=torque_sizes.TIDAL_TORQUE,
+        size=Measure(
+            "(M'/M) (R/a)^3",
+            "torque on the lagging tide times the run, over L",
+            "Goldreich & Soter 1966",
+            _tidal_torque,
+            (*_TURNS, "neighbours"),
+            ("love_number", "radius"),
+        ),
         colour="green",
     ),
     "rotational_deformation": Entry(
@@ -146,7 +330,14 @@ RIGID: Mapping[str, Entry] = {
         "body",
         "Munk & MacDonald 1960, chapter 6; Love 1909",
         ("rigid",),
-        size=torque_sizes.ROTATIONAL_DEFORMATION,
+        size=Measure(
+            "bulge k2 R^5 omega^2/(3 G C)",
+            "what the bulge adds to C, and the wobble where its phase has changed",
+            "Munk & MacDonald 1960, 6",
+            _rotational_deformation,
+            _TURNS,
+            ("love_number", "radius"),
+        ),
         colour="vermillion",
     ),
 }

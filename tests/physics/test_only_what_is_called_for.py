@@ -194,6 +194,8 @@ PLAIN = (
     "doors",
     "effect",
     "entries",
+    "field_entries",
+    "fluid_entries",
     "heat_entries",
     "own",
     "particle_names",
@@ -201,7 +203,7 @@ PLAIN = (
     "rigid_entries",
     "rigid_parts",
 )  # data and small functions, no effect
-SIZES = ("characteristic", "measure", "one_zone", "sizes", "torque_sizes")
+SIZES = ("characteristic", "measure", "one_zone", "sizes")
 ALWAYS = {f"astroinertia.effects.{name}" for name in (*PLAIN, *SIZES)}
 
 

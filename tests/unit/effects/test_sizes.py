@@ -11,9 +11,10 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
+from astroinertia.effects.field_entries import inspiral_time, nearest_approach
 from astroinertia.effects.one_zone import Zone, braked, difference, motion
-from astroinertia.effects.sizes import effect_size, inspiral_time, nearest_approach
-from astroinertia.effects.torque_sizes import gradient_turn, tidal_spin_down
+from astroinertia.effects.rigid_entries import gradient_turn, tidal_spin_down
+from astroinertia.effects.sizes import effect_size
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import load_file, loads
