@@ -36,8 +36,8 @@ MOST = 10_000_000  # particles of a run: more are not chosen
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGER, SHORTEST = 2.0, 0.05  # factors of the time step
-REFUSING = 0.1  # of the time allowed, that pilots may take before a cost is reported
-USUAL = 3600.0  # s, that are allowed at most for that, whatever the run may take
+REFUSING = 0.1  # of the time allowed, that one more pilot may take before a cost is reported
+PATIENCE = 30.0  # s, that it may take at most for that, whatever the run may take: those before it take as much in all
 
 Other = Callable[[Measured, float], Settings | None]
 
@@ -138,7 +138,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
             wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
             further = ladder.work(following, ladder.factor) + ladder.work(fewest, 1.0)
             if wanted > MOST or ladder.seconds(wanted) > seconds:
-                telling = ladder.seconds(following) > REFUSING * min(seconds, USUAL) or following > MOST
+                telling = ladder.seconds(following) > min(REFUSING * seconds, PATIENCE) or following > MOST
                 if len(ladder.runs) > 2 and telling:
                     return _refusal(ladder, estimate, wanted, seconds)
             elif not ladder.affords(further, wanted, ladder.factor):

@@ -191,10 +191,20 @@ def test_more_particles_than_are_ever_chosen_are_refused_whatever_time_there_is(
     assert float(said[1]) == pytest.approx(wanted, rel=0.1)
     assert float(said[2]) == pytest.approx(1e7 ** (-2 / 3) / 0.7, rel=0.1)  # of which resolution is 0.7
     assert max(scene.body.particles for scene in formula.runs) < 1e7
-    slow = runs(Formula(steps=0.0, seconds=1e-6))  # 10 % of an hour is what 4.4 million particles take
+    slow = runs(Formula(steps=0.0, seconds=1e-6))
     with pytest.raises(choice.UnreachableAccuracy, match=r"no more than 1e\+07 are chosen"):
         choice.choose(particles(1e-6, "model='sph'"), tmp_path / "slow", minutes=1e6)
-    assert max(scene.body.particles for scene in slow.runs) < 4.4e6
+    most = max(scene.body.particles for scene in slow.runs)
+    assert slow.work(slow.runs[-1]) * slow.seconds <= 30.0 and most < 6.9e5  # which take half a minute
+
+
+def test_a_refusal_comes_within_a_minute_of_pilots_whatever_time_the_run_has(runs, tmp_path):
+    """What is far out of an hour's reach, and out of a week's: a longer run is no reason for longer pilots."""
+    for seconds, minutes in ((1e-4, 60.0), (1e-2, 1e4)):
+        formula = runs(Formula(resolution=5.0, seconds=seconds))
+        with pytest.raises(choice.UnreachableAccuracy, match="it takes"):
+            choice.choose(particles(1e-4, "model='sph'"), tmp_path / f"{seconds}", minutes=minutes)
+        assert len(formula.runs) >= 3 and sum(map(formula.work, formula.runs)) * seconds < 60.0
 
 
 @pytest.mark.full
