@@ -129,14 +129,16 @@ def solve_field(
     solver = _Solver(matter, float(axis_ratio), resolution)
     rotation: Any = law
     follows = hasattr(rotation, "followed")
-    moments, mixed = solver.moments(*solver.guessed()), Anderson(_HISTORY)
+    guessed = solver.guessed()
+    outer = even_legendre(guessed[0][solver.mesh.split :], resolution.degree)
+    moments, mixed = solver.moments(*guessed, outer), Anderson(_HISTORY)
     unit = np.abs(moments[:, 0]).max()
     for iteration in range(1, _MOST_ITERATIONS + 1):
         if follows or iteration == 1:
             solver.turn_as(rotation)
         balance = solver.balance(moments)
-        quadrature = solver.levels(balance)
-        updated = solver.moments(*quadrature)
+        quadrature, table = solver.levels(balance)
+        updated = solver.moments(*quadrature, table)
         field = Field(matter, rotation, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
                       balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
         before, after = moments.ravel() / unit, updated.ravel() / unit
@@ -225,8 +227,8 @@ class _Solver:
             radius, height = np.append(0.0, radius), np.append(constant - edges[0, 0], profile)
         return _Balance(phi, exterior, constant, rate_squared, _highest(radius, height))
 
-    def levels(self, balance: _Balance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Quadrature (K, J) over the part of each sphere that the body fills, and h/h_max there."""
+    def levels(self, balance: _Balance) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+        """Quadrature (K, J) over the part of each sphere that the body fills, h/h_max there; P_l on the outer ones."""
         split, phi = self.mesh.split, balance.phi
         inside = balance.constant - phi[:split] @ self.table + balance.rate_squared * self.inside_psi
         surface = self._surface(balance)
@@ -239,13 +241,13 @@ class _Solver:
             np.concatenate([np.broadcast_to(self.share, shape), cosine]),
             np.concatenate([np.broadcast_to(self.share_weight, shape), weight]),
             np.concatenate([inside, outside]) / balance.peak,
-        )
+        ), table
 
-    def moments(self, cosine: np.ndarray, weight: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """q_l on each sphere, (K, L)."""
+    def moments(self, cosine: np.ndarray, weight: np.ndarray, level: np.ndarray, table: np.ndarray) -> np.ndarray:
+        """q_l on each sphere, (K, L); table: P_l at the cosines of those outside the polar radius."""
         split = self.mesh.split
         mass = weight * self.matter.density(level)
-        outer = np.einsum("kj,lkj->kl", mass[split:], even_legendre(cosine[split:], self.degree))
+        outer = np.einsum("kj,lkj->kl", mass[split:], table)
         return np.concatenate([mass[:split] @ self.table.T, outer])
 
     def _within(self, surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
