@@ -38,7 +38,7 @@ _COURANT_OF_FOURTH_ORDER = 0.55  # with densities of fourth order, which are sti
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
 _STEPS_BETWEEN_SORTS = 16
-_VERSION = 4  # part of the cache key: raise it when the outcome changes
+_VERSION = 5  # part of the cache key: raise it when the outcome changes
 
 
 @dataclass(frozen=True)
