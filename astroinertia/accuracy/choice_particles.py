@@ -252,8 +252,8 @@ def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float) 
     most = finest * (seconds / ladder.seconds(finest)) ** (1.0 / COST)
     takes = f"it takes {wanted:.2g} particles and {duration(ladder.seconds(wanted))}"
     if most < MOST:
-        within = f"in {duration(seconds)} some {most:.2g} particles"
+        within, advice = f"in {duration(seconds)} some {most:.2g} particles", "ask for no less, or allow more --minutes"
     else:
-        most, within = MOST, f"no more than {MOST:.2g} are chosen, which"
+        most, within, advice = MOST, f"no more than {MOST:.2g} are chosen, which", "ask for no less"
     best = estimate.at((most / finest) ** (-1 / 3)) / OF_RESOLUTION
-    return OutOfReach(f"{takes}; {within} have {best:.1e}")
+    return OutOfReach(f"{takes}; {within} have {best:.1e}: {advice}")

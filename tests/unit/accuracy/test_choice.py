@@ -175,7 +175,8 @@ def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(ru
 def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(
-        choice.UnreachableAccuracy, match=r"it takes .* particles and .*; in 6 s some .* particles have"
+        choice.UnreachableAccuracy,
+        match=r"it takes .* particles and .*; in 6 s some .* particles have \S+: ask for no less, or allow more --m",
     ):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
@@ -186,7 +187,8 @@ def test_more_particles_than_are_ever_chosen_are_refused_whatever_time_there_is(
     with pytest.raises(choice.UnreachableAccuracy) as refused:
         choice.choose(particles(1e-6, "model='sph'"), tmp_path)
     said = re.search(
-        r"it takes (\S+) particles and .*; no more than 1e\+07 are chosen, which have (\S+)\.$", str(refused.value)
+        r"it takes (\S+) particles and .*; no more than 1e\+07 are chosen, which have (\S+): ask for no less\.$",
+        str(refused.value),
     )
     assert float(said[1]) == pytest.approx(wanted, rel=0.1)
     assert float(said[2]) == pytest.approx(1e7 ** (-2 / 3) / 0.7, rel=0.1)  # of which resolution is 0.7
