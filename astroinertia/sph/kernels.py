@@ -437,7 +437,7 @@ def wendland_c6_dphi(xp, q):
 _ALL = (
     Kernel(
         "cubic", 2.0, 1.2, cubic_w, cubic_dw, cubic_d2w, cubic_phi, cubic_dphi, 3 / 10, cubic_softening,
-        (-0.0214, -0.0308, -0.0251, -0.0267, -0.0287, -0.0289, -0.0288),
+        (-0.0218, -0.0313, -0.0257, -0.0269, -0.0365, -0.0293, -0.0289),
     ),
     Kernel(
         "quartic", 2.5, 1.1, quartic_w, quartic_dw, quartic_d2w, quartic_phi, quartic_dphi, 23 / 60, quartic_softening,
@@ -455,12 +455,12 @@ _ALL = (
     Kernel(
         "wendland_c4", 2.0, 1.5, wendland_c4_w, wendland_c4_dw, wendland_c4_d2w, wendland_c4_phi, wendland_c4_dphi,
         8 / 39, wendland_c4_softening,
-        (0.0429, 0.0247, 0.0186, 0.0093, 0.0026, 0.0012, 0.0004), (0.01342, 1.579),
+        (0.0422, 0.0244, 0.0184, 0.0091, 0.0024, 0.0012, 0.0003), (0.01342, 1.579),
     ),
     Kernel(
         "wendland_c6", 2.0, 1.6, wendland_c6_w, wendland_c6_dw, wendland_c6_d2w, wendland_c6_phi, wendland_c6_dphi,
         1 / 6, wendland_c6_softening,
-        (0.1810, 0.0604, 0.0287, 0.0131, 0.0058, 0.0014, 0.0005), (0.0116, 2.236),
+        (0.1798, 0.0603, 0.0284, 0.0129, 0.0056, 0.0014, 0.0004), (0.0116, 2.236),
     ),
 )
 # fmt: on

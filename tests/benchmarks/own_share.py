@@ -4,8 +4,7 @@ Measured where it is needed, in fluid that has come to rest under its own pressu
 sides, settles as bodies do (models.sph.relaxation), and the mean density of its particles is compared with mass over
 volume. The glass itself, which repulsion alone has made, has more: by 0.0012 with the quintic kernel on 113 neighbours,
 by 0.013 with Wendland C2 on 74. Settled bodies come out too small by as much, however many particles they have. Cubic
-and quartic particles pair. The rows of cubic, wendland_c4 and wendland_c6 in the table are of 400 steps, after which
-those of the other kernels were within 0.0005 from 74 neighbours on. Run it again where a kernel or the descent changes:
+and quartic particles pair. Run it again where a kernel or the descent changes:
 
     python -m tests.benchmarks.own_share [kernel ...]
 """
