@@ -19,7 +19,7 @@ from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
-from astroinertia.costs.limits import NOT_KNOWN, USUAL, Limits, passed
+from astroinertia.costs.limits import NOT_KNOWN, PARTS, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.engines.few import FEW
 from astroinertia.errors import AstroinertiaError
@@ -30,10 +30,12 @@ from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.plan import code_units, smoothing
 from astroinertia.scene.schema import Scene
+from astroinertia.sph import rung_costs
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.profiles import Profile
 from astroinertia.units import pressure_constant_dimension
 
+DEEPEST = 40  # rungs, more than any run has
 CROWDED = 30  # moments, at which neighbours are counted
 MOMENTS = 4000  # in which the sphere is followed
 SMALLEST = 0.02  # of its size, at which a sphere that nothing holds up has become something else
@@ -53,10 +55,10 @@ SHAKEN = 0.35  # of the size: to which a sphere that collapses settles after its
 class Sphere:
     """What of a body sets its course, in code units with W, H and S as above.
 
-    densest: density that particles see at the centre; outer: that outside of all but 1 - USUAL of the mass; sound: its
-    speed there; gamma: of the pressure. speed: a' at the start; smooth: whether it stays similar to itself without any
-    shock. cooling_time, cooling_change: tau at first, in which it loses its heat, and the rate at which tau
-    changes.
+    densest: density that particles see at the centre; densities: those that PARTS of the mass are within; sound: its
+    speed in the centre; gamma: of the pressure. speed: a' at the start; smooth: whether it stays similar to itself
+    without any shock. cooling_time, cooling_change: tau at first, in which it loses its heat, and the rate at which
+    tau changes.
     """
 
     gravity: float
@@ -64,7 +66,7 @@ class Sphere:
     spin: float
     gamma: float
     densest: float
-    outer: float
+    densities: np.ndarray
     sound: float
     particle_mass: float
     size: float
@@ -102,7 +104,8 @@ class Done:
     where particles have steps of their own, base steps and ends of intervals.
 
     looked: share of steps, or base steps, in which it has to be looked at whether matter that is apart may meet.
-    crowding: mean number of neighbours in them, over that at the start. work: as steps, each by what it takes.
+    crowding: mean number of neighbours in them, over that at the start. work: as steps, each by what it takes. alike:
+    share of base steps that are of one interval for all, if particles have their own.
     """
 
     steps: np.ndarray
@@ -111,6 +114,7 @@ class Done:
     looked: float
     crowding: float
     work: np.ndarray
+    alike: float
 
 
 def done(scene: Scene) -> Done | None:
@@ -152,9 +156,7 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
     if numerics.max_timestep is not None:
         longest = np.minimum(longest, float(units.to_code(numerics.max_timestep, "time")))
     step = np.minimum(limits.shortest, longest)
-    # Nested sets cost least if the longest interval is of the power of two below what most matter allows, and a base
-    # step is two of it (models.sph.intervals).
-    finest = np.floor(np.log2(np.maximum(limits.usual, step) / step))
+    finest = _rungs_that_pay(limits.below, step)  # and a base step is two of the longest interval where there are any
     base = np.minimum(np.where(finest > 0.0, 2.0, 1.0) * step * 2.0**finest, longest)
     interval = base / 2.0 ** np.ceil(np.log2(base / step) - 1e-9)  # one that is cut short is still in powers of two
 
@@ -165,7 +167,15 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
     whole = np.minimum(step if numerics.timesteps == "global" else base, end)
     looked, crowding = (_mean(each, 1.0 / whole, times) for each in (whole > limits.passing, limits.crowding))
     each = 1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * limits.crowding
-    return Done(counted(step), counted(base), counted(interval), looked, crowding, counted(step, each))
+    alike = _mean(finest == 0.0, 1.0 / whole, times)
+    return Done(counted(step), counted(base), counted(interval), looked, crowding, counted(step, each), alike)
+
+
+def _rungs_that_pay(below: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """How many rungs there are below the longest interval, (K,), with limits that PARTS of the matter are below."""
+    above = np.floor(np.log2(np.clip(below / step, 1.0, 2.0**DEEPEST)) + 1e-9).astype(np.int64)
+    kinds, kind = np.unique(above, axis=1, return_inverse=True)  # few, of thousands of moments
+    return np.array([rung_costs.that_pay(np.bincount(powers)) for powers in kinds.T], float)[kind.reshape(-1)]
 
 
 def _mean(of: np.ndarray | float, weight: np.ndarray, times: np.ndarray) -> float:
@@ -191,15 +201,16 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
         falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)
         if sphere.pressure > 0.0 and falls and not sphere.smooth:
             return _limits_of_shells(scene, sphere, end)
-    outer = sphere.sound * (sphere.outer / sphere.densest) ** (0.5 * (sphere.gamma - 1.0))
-    usual = _steps_at(scene, replace(sphere, densest=sphere.outer, sound=outer), times, sizes)
+    sounds = sphere.sound * (sphere.densities / sphere.densest) ** (0.5 * (sphere.gamma - 1.0))
+    outwards = zip(sphere.densities, sounds, strict=True)
+    below = [_steps_at(scene, replace(sphere, densest=there, sound=sound), times, sizes) for there, sound in outwards]
     factor, densest = scene.numerics.free_fall_factor, sphere.densest / sizes**3
     longest = np.full_like(sizes, math.inf) if factor is None else factor / np.sqrt(densest)
     speed = sphere.size * np.hypot(
         _turning(scene, sphere) / sizes, np.gradient(sizes, times) if len(times) > 1 else 0.0
     )
     passing = passed(_length(scene, sphere, sphere.densest / sizes**3), speed)
-    return Limits(times, _steps_at(scene, sphere, times, sizes), usual, longest, passing)
+    return Limits(times, _steps_at(scene, sphere, times, sizes), np.array(below), longest, passing)
 
 
 class Initial(NamedTuple):
@@ -243,7 +254,7 @@ def sphere_of(scene: Scene) -> Sphere:
         size = (float(profile.density(np.array(0.0))) * mass / float(units.to_code(greatest, "density"))) ** (1.0 / 3.0)
     square = 3.0 * profile.second_moment * size**2  # mean of r^2
     seen = 0.5 * min(1.0, smoothing(scene)[1] / body.particles)  # of the mass: what the innermost kernel is full of
-    densest, outer = profile.density(profile.radius(np.array([seen, USUAL]))) * mass / size**3
+    densest, *densities = profile.density(profile.radius(np.array([seen, *PARTS]))) * mass / size**3
     fraction = body.pressure_fraction or 1.0
     has_gravity, has_pressure = "gravity" in scene.effects, "pressure" in scene.effects
     weight = abs(profile.gravitational_energy) * mass / size / square
@@ -278,7 +289,7 @@ def sphere_of(scene: Scene) -> Sphere:
         dense = profile.density(shells_at) * mass / size**3
         heat += 3.0 * float(np.mean(adds(dense) / dense)) / square
     alone = body.expansion(mass, size), body.homologous
-    return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, outer, sound,
+    return Sphere(weight if has_gravity else 0.0, max(heat, 0.0), spin, gamma, densest, np.array(densities), sound,
                   mass / body.particles, size, *alone, *_cooling(scene))  # fmt: skip
 
 
@@ -308,12 +319,12 @@ def _limits_of_shells(scene: Scene, sphere: Sphere, end: float) -> Limits:
         longest.append((numerics.free_fall_factor or math.inf) / math.sqrt(moment.density.max()))
         turning = np.sqrt(1.5 * body.turning[-len(length) :]) / moment.radius
         passing.append(passed(length.min(), np.hypot(moment.speed, turning).max()))
-    usual = [np.interp(USUAL, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
+    below = [np.interp(PARTS, *_sorted(limits, body.mass[-len(limits) :])) for limits in every]
     times = np.array([moment.time for moment in moments])
     shortest = np.array([limits.min() for limits in every])
     # Of few particles every one is looked at as a neighbour anyhow.
     crowding = 1.0 if scene.body.particles <= FEW else _crowding(scene, sphere, body.mass, moments)
-    return Limits(times, shortest, np.array(usual), np.array(longest), np.array(passing), crowding)
+    return Limits(times, shortest, np.transpose(below), np.array(longest), np.array(passing), crowding)
 
 
 def _crowding(scene: Scene, sphere: Sphere, mass: np.ndarray, moments: list[shells.Moment]) -> np.ndarray:
@@ -339,9 +350,10 @@ def _limits_of_planet(scene: Scene, end: float, stirred: bool) -> Limits:
     length = smoothing(scene)[0] * (found.mass.sum() / body.particles / found.density) ** (1.0 / 3.0)
     limits = _allowed(scene, found.density, length, (1.0 + alpha) * found.sound, 0.0)
     limits = found.agreed(limits, KERNELS[scene.numerics.kernel].support * length)
-    shortest, usual = np.interp([0.0, USUAL], *_sorted(limits, found.mass))
+    shortest, *below = np.interp([0.0, *PARTS], *_sorted(limits, found.mass))
     longest = (scene.numerics.free_fall_factor or math.inf) / math.sqrt(found.density.max())
-    return Limits(np.array([0.0, end]), np.full(2, shortest), np.full(2, usual), np.full(2, longest))
+    known = np.repeat(np.array(below)[:, None], 2, axis=1)
+    return Limits(np.array([0.0, end]), np.full(2, shortest), known, np.full(2, longest))
 
 
 def _sorted(limits: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

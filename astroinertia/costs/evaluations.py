@@ -42,7 +42,7 @@ class Counts:
 
     done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. looked: in what share
     of the steps it has to be looked at whether matter that is apart may meet. crowding: the mean number of neighbours
-    over that at the start.
+    over that at the start. alike: of individual steps, the share of base steps that are of one interval for all.
     """
 
     steps: float
@@ -52,13 +52,14 @@ class Counts:
     done: tuple[float, ...]
     looked: float = 0.0
     crowding: float = 1.0
+    alike: float = 0.0
 
     def at_most(self, steps: float) -> "Counts":
         """The same run, ended after so many steps."""
         part = min(1.0, steps / self.steps)
         done = tuple(min(1.0, share / part) for share in self.done)
         counts = (part * self.steps, part * self.evaluations, part * self.ends)
-        return Counts(*counts, self.by, done, self.looked, self.crowding)
+        return Counts(*counts, self.by, done, self.looked, self.crowding, self.alike)
 
     def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
@@ -80,7 +81,7 @@ class Counts:
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
         totals = float(steps.sum()), float(work.sum()), float(met.sum())
-        return Counts(*totals, self.by, done, self.looked, self.crowding)
+        return Counts(*totals, self.by, done, self.looked, self.crowding, self.alike)
 
 
 def rounded_up(steps: np.ndarray) -> np.ndarray:
@@ -162,14 +163,17 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     # what it does to begin, and each end of an interval what it takes by itself.
     costs = machine.seconds
     nested = _over(costs["individual.particle"], total(costs[f"mixed.{name}"] for name in PASSES))
+    alike = counts.alike * counts.steps  # base steps that are global ones
+    steps, evaluations, within = (count - alike for count in (counts.steps, counts.evaluations, counts.ends))
     parts = {
-        name: counts.evaluations * Seconds((1.0 + nested.wall) * cost.wall, (1.0 + nested.processor) * cost.processor)
+        name: evaluations * Seconds((1.0 + nested.wall) * cost.wall, (1.0 + nested.processor) * cost.processor)
+        + alike * plain[name]
         for name, cost in evaluation(scene, particles, _without_fixed(machine), counts.crowding).items()
     }
-    begun = counts.steps * (costs["individual.base"] + particles * costs["individual.base.particle"])
-    ends = counts.ends * costs["individual.end"]
+    begun = steps * (costs["individual.base"] + particles * costs["individual.base.particle"])
+    ends = within * costs["individual.end"]
     if scene.regions:
-        ends = ends + counts.ends * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
+        ends = ends + within * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
     return parts | {"beginnings of base steps": begun, "ends of intervals": ends} | apart
 
 

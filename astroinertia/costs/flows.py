@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from astroinertia.costs.limits import USUAL, Limits, passed
+from astroinertia.costs.limits import PARTS, Limits, passed
 from astroinertia.costs.signals import LEAST, agreement, fastest
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
@@ -50,14 +50,14 @@ def limits(scene: Scene, end: float) -> Limits:
             energy = pressure[:, 0] / ((gamma - 1.0) * density)
         sound = np.sqrt(gamma * (gamma - 1.0) * energy)
         signal = signals(around, apart, velocity, sound, length, scene.effects.get("viscosity"))
-        steps.append(numerics.courant * np.quantile(length / signal, [0.0, USUAL]))
+        steps.append(numerics.courant * np.quantile(length / signal, [0.0, *PARTS]))
         passing.append(
             passed(float(length.min()), float(np.linalg.norm(velocity - velocity.mean(axis=0), axis=1).max()))
         )
         position = position + velocity * times[1]
     finer = (len(matter.mass) / placed(scene)) ** (1.0 / 3.0)
-    shortest, usual = finer * np.broadcast_to(np.transpose(steps), (2, MOMENTS))
-    return Limits(times, shortest, usual, passing=finer * np.broadcast_to(passing, MOMENTS))
+    shortest, *below = finer * np.broadcast_to(np.transpose(steps), (1 + len(PARTS), MOMENTS))
+    return Limits(times, shortest, np.array(below), passing=finer * np.broadcast_to(passing, MOMENTS))
 
 
 def placed(scene: Scene) -> int:

@@ -6,20 +6,21 @@ from typing import Any
 import numpy as np
 
 DEPTH = 0.5  # smoothing lengths that matter may go into other matter in one step, as in models.sph.limits
-USUAL = 0.95  # of the matter, whose limits a base step is longer than: 1.8/1.9, of the costs in models.sph.intervals
+PARTS = (np.arange(20) + 0.5) / 20  # of the matter: below which its limits are known
 
 
 @dataclass(frozen=True)
 class Limits:
-    """At times (K,): the shortest limit of all matter, what most of it is below, and the longest step (inf: any).
+    """At times (K,): the shortest limit of all matter, and the longest step (inf: any).
 
+    below: limits (P, K) that PARTS of the matter are below.
     passing: from which step on it has to be looked at whether matter that is apart may meet in it. crowding: the mean
     number of neighbours over that at the start.
     """
 
     times: np.ndarray
     shortest: np.ndarray
-    usual: np.ndarray
+    below: np.ndarray
     longest: np.ndarray | float = np.inf
     passing: np.ndarray | float = np.inf
     crowding: np.ndarray | float = 1.0
@@ -30,5 +31,5 @@ def passed(length: Any, speed: Any) -> Any:
     return 0.5 * DEPTH * length / np.maximum(speed, 1e-300)
 
 
-NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones(1))
+NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones((len(PARTS), 1)))
 """Of what nothing is known: limits up to no time."""

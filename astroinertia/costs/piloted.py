@@ -62,7 +62,8 @@ class Pilot:
         work = np.cumsum(by_chunk[1]) / totals[1]
         over, done = np.array([0.0, *passed / passed[-1] * self.reached, 1.0]), np.array([0.0, *work, 1.0])
         shares = np.interp(np.linspace(0.0, 1.0, SHARES + 1), over, done)
-        return Counts(*map(float, totals), by=by, done=tuple(map(float, shares)))
+        alike = float(more[self.ends == 1.0].sum() / more.sum())
+        return Counts(*map(float, totals), by=by, done=tuple(map(float, shares)), alike=alike)
 
 
 def kept(scene: Scene) -> Pilot | None:

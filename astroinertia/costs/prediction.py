@@ -153,7 +153,7 @@ def counted(scene: Scene) -> Counts | None:
     beside = "an estimate", done, estimate.looked, estimate.crowding
     if scene.numerics.timesteps == "individual":
         ends = float(estimate.ends[-1])
-        return Counts(base, base + ACTIVE * (ends - base), ends, *beside)
+        return Counts(base, base + ACTIVE * (ends - base), ends, *beside, estimate.alike)
     return Counts(steps, steps, steps, *beside)
 
 

@@ -13,8 +13,8 @@ import pytest
 from astroinertia.accuracy.exact import exact
 from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.build.assemble import prepare
-from astroinertia.models.sph import intervals
 from astroinertia.scene import load
+from astroinertia.sph import rung_costs
 from tests.evolve import reached
 
 SCENE = Path(__file__).parents[2] / "sims" / "homologous_collapse.toml"
@@ -92,7 +92,7 @@ def test_splitting_the_pressure_of_pairs_errs_by_the_square_of_the_steps(monkeyp
     was seen with pairs that are kicked over each particle's own interval, at pressures of the moment, which does not
     keep momentum: -0.15 and 0.005 % at courant 0.3 and 0.15.
     """
-    monkeypatch.setattr(intervals, "PAYS", 1.0)
+    monkeypatch.setattr(rung_costs, "PAYS", 1.0)
     errors = [
         collapsed(*FEW, INDIVIDUAL, f"numerics.courant={c}", f"numerics.acceleration_factor={c}")[0]
         for c in (0.3, 0.15)

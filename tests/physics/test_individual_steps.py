@@ -9,13 +9,14 @@ from astroinertia.build.assemble import prepare
 from astroinertia.build.sph import resumed
 from astroinertia.errors import SceneError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.sph import block_step, intervals, subcycle
+from astroinertia.models.sph import block_step, subcycle
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.models.sph.record import energy_budget, works_from_outside
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.step import step
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
+from astroinertia.sph import rung_costs
 
 EVRARD = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
 SETTINGS = ["body.placement=random", "numerics.precision=float64", "numerics.timesteps=individual"]
@@ -168,7 +169,7 @@ def test_the_ledger_closes_with_effects_from_outside_and_on_the_whole_body(
 
     Steps differ wherever they can: those for all have heat by its rate, which is work but for the error of the step.
     """
-    monkeypatch.setattr(intervals, "PAYS", 1.0)
+    monkeypatch.setattr(rung_costs, "PAYS", 1.0)
     path = tmp_path / "scene.toml"
     path.write_text(EVRARD.read_text() + EXTERNAL + shear)
     body = prepare(load.load_file(path, [*SETTINGS, "body.particles=300"])).evolution

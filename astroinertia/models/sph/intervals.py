@@ -14,14 +14,11 @@ import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.models.sph.limits import FEW
+from astroinertia.sph import rung_costs
 
 Array = Any
 DEEPEST = 40  # rungs below the base step: far more than SMALLEST_STEP of a run allows
 NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a particle may be
-FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
-CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
-BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
-PAYS = 1.45  # how many times cheaper several rungs must be than one: they take more time than evaluations, and err more
 MARGIN = 0.95  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
 FEWER = 0.4  # of a nested set: so few particles more do not make another one
 
@@ -71,16 +68,9 @@ def base_step(limits: Array, remaining: float, beyond: int = 0) -> tuple[float, 
 
 
 def rungs_that_pay(limits: Array) -> int:
-    """How many rungs below the longest interval cost least with limits (N,); 0 where several hardly cost less than one.
-
-    The pressures of a pair of two intervals act over the longer one, and those that they balance do not: so short steps
-    for half of a star save a third of the evaluations, and shift its balance by 0.2 % of its radius.
-    """
+    """How many rungs below the longest interval cost least with limits (N,); 0 where several hardly cost less."""
     above = np.floor(np.log2(limits / np.min(limits)) + 1e-9).astype(np.int64)
-    counts = np.bincount(np.minimum(above, DEEPEST))
-    costs = [cost(counts, finest) for finest in range(len(counts))]
-    best = int(np.argmin(costs))
-    return best if costs[0] >= PAYS * costs[best] else 0
+    return rung_costs.that_pay(np.bincount(np.minimum(above, DEEPEST)))
 
 
 def in_equal_parts(remaining: float, base: float, limits: Array) -> float:
@@ -92,23 +82,8 @@ def in_equal_parts(remaining: float, base: float, limits: Array) -> float:
     if fewest > FEW:
         return base
     parts = range(fewest, 3 * fewest + 1)
-    evaluations = [count * (BASE + 2.0 ** rungs(limits, remaining / count)).sum() for count in parts]
+    evaluations = [count * (rung_costs.BASE + 2.0 ** rungs(limits, remaining / count)).sum() for count in parts]
     return remaining / parts[int(np.argmin(evaluations))]
-
-
-def cost(counts: Array, finest: int) -> float:
-    """The cost of a unit of time with so many rungs below the base step, in evaluations of a particle.
-
-    counts: of particles by the power of two that their limit is above the shortest. An evaluation is of sums over
-    neighbours, one for each interval, and of sums over nested sets, each computed again where particles have changed
-    sides.
-    """
-    particles = counts.sum()
-    total = (1.0 + FAR + BASE) * particles
-    for k in range(1, finest + 1):
-        size = float(counts[: finest - k + 1].sum())  # of the nested set k
-        total += (0.5 + CHANGED * FAR) * 2.0**k * size  # half of the ends of its intervals are of longer ones, too
-    return total / 2.0**finest
 
 
 def rungs(limits: Array, base: float) -> Array:
