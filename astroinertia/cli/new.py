@@ -9,7 +9,7 @@ from astroinertia.errors import SceneError
 from astroinertia.storage.ready_made import scenes
 
 # The first is the scene's own, for tables come later; with the room before a comment, which stays in its column.
-_NAME = re.compile(r'^name = "[^"]*"(?: *(?=  #))?', re.MULTILINE)
+_NAME = re.compile(r'^name = "[^"]*"( *(?=  #))?', re.MULTILINE)
 _LONGEST = 64  # letters of a name
 
 
@@ -41,7 +41,11 @@ def text(options: Options) -> str:
 def _named(whole: str, stem: str) -> str:
     """A scene with the name of its file, so that its run is not taken for that of the scene it was copied from."""
     name = re.sub(r"[^A-Za-z0-9_-]", "_", stem).lstrip("_-")[:_LONGEST]
-    return _NAME.sub(lambda old: f'name = "{name}"'.ljust(len(old[0])), whole, count=1) if name else whole
+
+    def renamed(old: re.Match[str]) -> str:
+        return f'name = "{name}"'.ljust(0 if old[1] is None else len(old[0]))
+
+    return _NAME.sub(renamed, whole, count=1) if name else whole
 
 
 def _example() -> str:

@@ -101,13 +101,13 @@ def test_a_snapshot_is_chosen_by_its_number(tmp_path):
     assert main(["run", str(tmp_path / "star.toml"), *overrides, "--output", str(tmp_path / "run")]) == 0
     run = tmp_path / "run"
     with (
-        xr.open_dataset(run / "rotating_star.nc") as series,
-        xr.open_dataset(run / "rotating_star.nc", group="snapshots") as particles,
+        xr.open_dataset(run / "star.nc") as series,
+        xr.open_dataset(run / "star.nc", group="snapshots") as particles,
     ):
         first = moments(read_matter(run, snapshot=0))
         direct = series["inertia_tensor"].values[0]
         np.testing.assert_allclose(first["inertia_tensor"], direct, rtol=0, atol=1e-14 * abs(direct).max())
-        last, negative = moments(read_matter(run / "rotating_star.nc")), moments(read_matter(run, snapshot=-1))
+        last, negative = moments(read_matter(run / "star.nc")), moments(read_matter(run, snapshot=-1))
         np.testing.assert_array_equal(last["inertia_tensor"], negative["inertia_tensor"])
         count = particles.sizes["snapshot_time"]
     assert first["mass"].attrs["units"] == "kg"
