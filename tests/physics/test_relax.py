@@ -1,7 +1,7 @@
 """Relaxed bodies against exact polytropes, and the ways in which a relaxation can go wrong unnoticed.
 
 Errors in I/(M R^2) with the quintic kernel on 113 neighbours and densities and gravity of fourth order, measured at
-3000 and 10,000 particles: n = 1: -0.55, -0.25 %; n = 1.5: -0.39, -0.21 %; n = 3: +0.59, +0.18 %; in the radius-free
+3000 and 10,000 particles: n = 1: -0.54, -0.25 %; n = 1.5: -0.39, -0.21 %; n = 3: +0.59, +0.18 %; in the radius-free
 I W^2: -0.17, -0.06 %; -0.09, -0.02 %; +0.52, +0.30 %; in the central density within 0.5, 0.2 %. Second order has, with
 1000 and 3000, 3.9, 1.9; 2.5, 1.1; 6, 3.6 % in I, and 13 % in the central density of n = 3. The results of full size
 are in tests/results.
