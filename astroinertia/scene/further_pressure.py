@@ -24,4 +24,4 @@ def further_pressure(scene: Scene) -> Callable[[np.ndarray], np.ndarray] | None:
                 effects.append(catalogue.build(kind, options, scene.entries).in_units(units))
             except ValueError:  # units are missing, which the build says
                 return None
-    return (lambda density: sum(effect.further_pressure(np, density) for effect in effects)) if effects else None
+    return (lambda density: sum(effect.further_pressure(np, density) for effect in effects)) if effects else None  # type: ignore
