@@ -4,7 +4,7 @@ Its size a(t), 1 at the start, follows a'' = -W/a^2 + H/a^(3 gamma - 2) + S/a^3 
 profile says of W, H and S; its steps are those of the densest particles. What falls together against pressure is
 followed as shells instead (costs.shells), to its bounce and beyond, standard problems by their exact flows
 (costs.flows); planets of layers rest (costs.planets). That is exact of neither shocks nor shapes: a pilot run
-(costs.pilot) counts. Tests: tests/unit/costs/test_costs.py.
+(costs.pilot) counts. Tests: tests/unit/costs/test_course.py and test_costs.py.
 """
 
 import math

@@ -1,0 +1,39 @@
+"""How many steps runs are predicted to take, beside how many they took."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from astroinertia.costs import machine, piloted
+from astroinertia.costs.prediction import predict
+from astroinertia.scene import load
+
+ROOT = Path(__file__).parents[3]
+RUNS = json.loads((ROOT / "tests" / "benchmarks" / "results" / "predicted_steps.json").read_text())
+PREDICTED = [
+    *("giant_impact", "progenitor_collapse", "rocky_planet", "spinning_planet"),
+    *("bar_mode", "cold_spheroid", "contracting_star", "dyson_ellipsoid", "evrard", "free_expansion", "gresho"),
+    *("homologous_collapse", "kelvin_helmholtz", "keplerian_disc", "made_to_order", "noh", "pulsar_collapse"),
+    *("rotating_star", "sedov", "sod", "square", "strong_tube"),
+    *("accretion_induced_collapse", "core_collapse", "tidal_disruption"),
+]
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.mark.parametrize("name", PREDICTED)
+def test_runs_took_the_steps_that_are_predicted(name, monkeypatch):
+    """Without a pilot, within a factor of 1.5 of what tests/benchmarks/predicted_steps.py counted."""
+    monkeypatch.setattr(piloted, "kept", lambda scene: None)
+    run = RUNS[name]
+    assert run["reached"] == 1.0
+    particles = [f"body.particles={run['particles']}"]
+    if name == "giant_impact":
+        particles = [f"bodies.{k}.particles={round(share * run['particles'])}" for k, share in enumerate((0.87, 0.13))]
+    found = predict(load.load_file(ROOT / "sims" / f"{name}.toml", particles), machine.current())
+    assert found is not None and found.steps_by == "an estimate"
+    assert run["steps"] / 1.5 < found.steps < 1.5 * run["steps"]
