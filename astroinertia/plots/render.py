@@ -1,8 +1,5 @@
 """What particles stand for, on a grid: density on a plane, column density along a line of sight, and the flow."""
 
-import itertools
-from functools import cache
-
 import numpy as np
 from numba import njit
 
@@ -11,8 +8,8 @@ from astroinertia.sph.kernels import KERNELS
 FEWEST = 8  # particles around a point that a velocity is fitted to
 BEYOND = 1.0  # spreads of their velocities from the mean
 KERNEL = KERNELS["cubic"]
-_COLUMN_POINTS = 512  # of the table of the column through the kernel; what it gets wrong is shared out with the mass
 _WIDE = 32.0  # pixels from which on a column is as good as its integral
+_SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, several numbers at a time
 _kernel = njit(KERNEL.w)
 
 
@@ -55,27 +52,8 @@ def column_density(
     centres, size, u, v, _ = _seen(position, smoothing_length, plane, reach, pixels)
     image = np.zeros((pixels, pixels))
     u, v, size, mass = (np.ascontiguousarray(array) for array in (u, v, size, mass))
-    _add_columns(u, v, size, mass, _column_table(), KERNEL.support, centres, image)
+    _add_columns(u, v, size, mass, KERNEL.support, centres, image)
     return image
-
-
-def kernel_column(q: np.ndarray) -> np.ndarray:
-    """The integral of the kernel along a line that passes at q smoothing lengths, times h^2, of the shape of q."""
-    offset, weight = np.polynomial.legendre.leggauss(32)
-    squared = np.asarray(q, dtype=float)[..., None] ** 2
-    total = np.zeros(np.shape(q))
-    # The spline's pieces meet at q = 1: beyond it the line has one piece, within it two on either side.
-    ends = [np.sqrt(np.maximum(knot**2 - squared, 0.0)) for knot in (0.0, 1.0, KERNEL.support)]
-    for begin, end in itertools.pairwise(ends):
-        along = 0.5 * (end - begin) * (offset + 1.0) + begin
-        total += ((end - begin) * weight * KERNEL.w(np, np.sqrt(squared + along**2))).sum(-1)
-    return total
-
-
-@cache
-def _column_table() -> np.ndarray:
-    """`kernel_column` at even steps of q^2 up to the support."""
-    return kernel_column(np.sqrt(np.linspace(0.0, KERNEL.support**2, _COLUMN_POINTS)))
 
 
 def _seen(position, smoothing_length, plane, reach, pixels):
@@ -111,7 +89,7 @@ def _add_slice(u, v, w, size, mass, support, centres, image):
 
 
 @njit(cache=True, error_model="numpy")
-def _add_columns(u, v, size, mass, table, support, centres, image):
+def _add_columns(u, v, size, mass, support, centres, image):
     count, width = centres.size, centres[1] - centres[0]
     for k in range(u.size):
         radius = support * size[k]
@@ -119,29 +97,60 @@ def _add_columns(u, v, size, mass, table, support, centres, image):
         low, high = _covered(v[k] - radius, v[k] + radius, centres[0], width)
         if right < 0 or left >= count or high < 0 or low >= count:
             continue
-        x, y, scale = centres[0] - u[k], centres[0] - v[k], (table.size - 1) / radius**2
+        # The particle's middle is at 0 from here on, and lengths are in its radius.
+        x, y, step = (centres[0] - u[k]) / radius, (centres[0] - v[k]) / radius, width / radius
         inside = left >= 0 and right < count and low >= 0 and high < count
         if inside or radius < _WIDE * width:
             total = 0.0
             for row in range(low, high + 1):
-                for column in range(left, right + 1):
-                    total += _looked_up(table, ((x + column * width) ** 2 + (y + row * width) ** 2) * scale)
+                depth = 1.0 - (y + row * step) ** 2
+                first, last = _across(x, step, depth)
+                total += _row_of_columns(last - first + 1, x + first * step, step, depth)
         else:
             total = (size[k] / width) ** 2  # the sum over pixels far outside that nobody sees is its integral
         share = mass[k] / (total * width**2)
         for row in range(max(low, 0), min(high, count - 1) + 1):
-            for column in range(max(left, 0), min(right, count - 1) + 1):
-                place = ((x + column * width) ** 2 + (y + row * width) ** 2) * scale
-                image[row, column] += share * _looked_up(table, place)
+            depth = 1.0 - (y + row * step) ** 2
+            first, last = _across(x, step, depth)
+            first, last = max(first, 0), max(min(last, count - 1) + 1, 0)
+            _add_row_of_columns(image[row, first:last], x + first * step, step, depth, share)
 
 
 @njit(cache=True, error_model="numpy")
-def _looked_up(table, place):
-    """The table between its entries, 0 beyond its end."""
-    lower = int(place)
-    if lower >= table.size - 1:
-        return 0.0
-    return table[lower] + (place - lower) * (table[lower + 1] - table[lower])
+def _across(x, step, depth):
+    """First and last number of the pixels of a row whose centres a particle reaches, as `_column` has its t there."""
+    chord = np.sqrt(max(depth, 0.0))
+    return _covered(-chord, chord, x, step)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+def _row_of_columns(count, x, step, depth):
+    total = 0.0
+    for column in range(count):
+        total += _column(depth - (x + column * step) ** 2)
+    return total
+
+
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+def _add_row_of_columns(line, x, step, depth, share):
+    for column in range(np.uint64(line.size)):  # an unsigned number: several at a time
+        line[column] += share * _column(depth - (x + np.int64(column) * step) ** 2)
+
+
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+def _column(t):
+    """The integral of the cubic spline along a line, times h^2, at t = 1 - (q/2)^2, q h being its distance.
+
+    The spline's outer piece, of which the column falls as t^(7/2) to its edge, and what the inner one adds. Polynomials
+    by least squares, within 5e-5 of the integral; what they get wrong is shared out with the mass.
+    """
+    outer = max(t, 0.0)
+    inner = max(4.0 * t - 3.0, 0.0)  # 1 - q^2
+    rest = 0.13986266 + outer * (-0.41051405 + outer * (1.1355323 + outer * (-1.3612643 + outer * 0.72656946)))
+    rest = 0.1455112 + outer * (0.097336376 + outer * (0.057094273 + outer * rest))
+    more = 0.19991956 + inner * (-0.22833504 + inner * 0.089272767)
+    more = -0.049321925 + inner * (-0.064219796 + inner * more)
+    return outer**3 * np.sqrt(outer) * rest + inner**4 * more
 
 
 def flow(
