@@ -5,6 +5,7 @@ from typing import Any
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import in_code_units
+from astroinertia.scene.electron_axis import in_matter
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
@@ -27,7 +28,7 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             if options.get("method") == "auto" and particles is not None:
                 options["method"] = gravity_method(scene, particles)
             try:
-                built.append(catalogue.build(kind, options, scene.entries).in_units(units))
+                built.append(in_matter(catalogue.build(kind, options, scene.entries).in_units(units), scene, units))
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
     return tuple(built)

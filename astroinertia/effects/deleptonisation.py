@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import elementwise, totals
@@ -11,6 +11,9 @@ from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.inertia.tensor import namespace
 from astroinertia.sph.fourth_order import weights
 from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
+
+if TYPE_CHECKING:
+    from astroinertia.matter.electron_axis import ElectronAxis
 
 # Liebendoerfer 2005: rho_1, rho_2 (kg/m^3), Y_1, Y_2, Y_c.
 FITS = {"G15": (3e10, 2e16, 0.5, 0.278, 0.035), "N13": (2e10, 2e16, 0.5, 0.285, 0.035)}
@@ -64,23 +67,17 @@ def chemical_potential(xp, density, fraction, electrons, rest):
     return 4.0 * electrons * xp.power(density, 1.0 / 3.0) * cubic + nuclei
 
 
-def trapped_pressure(xp, density, fraction, electrons, rest, neutrinos, trapping, outside):
+def relativistic(xp, density, fraction, electrons, rest):
+    """The same: u, P of the electrons and mu = du/dY."""
+    pressure = electrons * xp.power(density * fraction, 4.0 / 3.0)
+    potential = chemical_potential(xp, density, fraction, electrons, rest)
+    return energy(xp, density, fraction, electrons, rest), pressure, potential
+
+
+def trapped_pressure(xp, density, potential, neutrinos, trapping, outside):
     """P of trapped neutrinos, less what they have where they are free."""
-    potential = xp.maximum(chemical_potential(xp, density, fraction, electrons, rest), 0.0)
-    return xp.where(density > trapping, xp.maximum(neutrinos * potential**4 - outside, 0.0), 0.0)
-
-
-def more(xp, density, fraction, initial, electrons, rest, neutrinos, trapping, outside):
-    """What pressure and energy have more than those of matter with the initial electrons."""
-    lost = xp.power(initial, 4.0 / 3.0) - xp.power(fraction, 4.0 / 3.0)
-    push = trapped_pressure(xp, density, fraction, electrons, rest, neutrinos, trapping, outside)
-    pressure = push - electrons * lost * xp.power(density, 4.0 / 3.0)
-    return pressure, gained(xp, density, fraction, initial, electrons, rest)
-
-
-def gained(xp, density, fraction, initial, electrons, rest):
-    """What the energy has more."""
-    return energy(xp, density, fraction, electrons, rest) - energy(xp, density, initial, electrons, rest)
+    held = neutrinos * xp.maximum(potential, 0.0) ** 4
+    return xp.where(density > trapping, xp.maximum(held - outside, 0.0), 0.0)
 
 
 def plain_weights(xp, pressure, density, grad_h):
@@ -88,32 +85,33 @@ def plain_weights(xp, pressure, density, grad_h):
     return pressure / (grad_h * density**2), 0.0 * pressure
 
 
-def captured(
-    xp, density, density_before, before, taken, owed, rate, interval, middle, half, first, last, bulge, escape,
-    electrons, rest, neutrinos, trapping, outside,
-):  # fmt: skip
-    """Y, the neutrinos' energy, the heat that is owed and the rate that it is given at, after `interval`.
+def of_neutrinos(xp, density, potential, neutrinos, trapping, outside):
+    """The same by itself."""
+    return (trapped_pressure(xp, density, potential, neutrinos, trapping, outside),)
 
-    density_before, before: density and Y at its beginning. Half a step each is given at its beginning and its end.
+
+def captured(
+    xp, density, density_before, lost, freed, potential_before, potential, taken, owed, rate, interval, escape,
+    neutrinos, trapping, outside,
+):  # fmt: skip
+    """The neutrinos' energy, the heat that is owed and the rate that it is given at, after `interval`.
+
+    lost: electrons, of which `freed` is the energy; *_before: at its beginning. Half a step each is given at its
+    beginning and its end.
     """
-    after = xp.minimum(before, fitted(xp, density, middle, half, first, last, bulge))
-    # In the mean of both densities, which with the pressure at both ends of a step leaves no error of the first order.
-    freed = energy(xp, density, before, electrons, rest) - energy(xp, density, after, electrons, rest)
-    began = energy(xp, density_before, before, electrons, rest) - energy(xp, density_before, after, electrons, rest)
-    freed = 0.5 * (freed + began)
-    heat = xp.where(density < trapping, xp.maximum(freed - escape * (before - after), 0.0), 0.0)
-    push = trapped_pressure(xp, density_before, before, electrons, rest, neutrinos, trapping, outside)
-    push = push + trapped_pressure(xp, density, after, electrons, rest, neutrinos, trapping, outside)
+    heat = xp.where(density < trapping, xp.maximum(freed - escape * lost, 0.0), 0.0)
+    push = trapped_pressure(xp, density_before, potential_before, neutrinos, trapping, outside)
+    push = push + trapped_pressure(xp, density, potential, neutrinos, trapping, outside)
     squeezed = 0.5 * push * (1.0 / density_before - 1.0 / density)
     owed = owed - 0.5 * rate * interval + heat
     given = xp.where(interval > 0.0, xp.maximum(owed, 0.0), 0.0)
     rate = given / xp.where(interval > 0.0, interval, 1.0)
-    return after, taken + freed - heat + squeezed, owed - 0.5 * given, rate
+    return taken + freed - heat + squeezed, owed - 0.5 * given, rate
 
 
-def held(xp, mass, density, fraction, taken, owed, initial, electrons, rest):
+def held(xp, mass, further, taken, owed):
     """What a particle's energy has more than with the initial electrons, and what neutrinos have of it."""
-    return mass * (gained(xp, density, fraction, initial, electrons, rest) + owed + taken), mass * taken
+    return mass * (further + owed + taken), mass * taken
 
 
 @pytree
@@ -134,7 +132,8 @@ class Deleptonisation(Effect):
     carry off escape_energy of it, or all of it where that is less, and matter is heated by the rest; above it they keep
     all, and what compresses them besides. Their energy is counted: total energies have it, and neutrino_energy says how
     much it is. The same electrons are in nuclear matter, whose other pressure is the equation of state's.
-    mass_unit, length_unit: what a scene in code units has as its units, in kg and m.
+    Matter of a table over electron fractions has the P, u and mu of that table in place of those formulas
+    (matter.electron_axis). mass_unit, length_unit: what a scene in code units has as its units, in kg and m.
     Tests: tests/unit/effects/test_deleptonisation.py.
     """
 
@@ -144,6 +143,7 @@ class Deleptonisation(Effect):
     trapping_density: Any = None
     mass_unit: Any = None
     length_unit: Any = None
+    axis: "ElectronAxis | None" = field(default=None, metadata={"of_problem": True})
 
     kind: ClassVar[str] = "deleptonisation"
     central: ClassVar[bool] = True
@@ -158,6 +158,15 @@ class Deleptonisation(Effect):
         if own != (None, None):
             raise ValueError("mass_unit and length_unit are for scenes in code units; leave them away.")
         return replace(self, mass_unit=units.mass, length_unit=units.length)
+
+    @property
+    def electron_fractions(self):
+        """From what is left in the densest matter to what there was."""
+        return FITS[self.fit][3], float(self.electron_fraction)
+
+    def on_axis(self, axis, units):
+        """The effect with P, u and mu of a table."""
+        return replace(self, axis=axis.in_units(units.unit("density"), units.unit("specific_energy")))
 
     @property
     def neighbour_terms(self):
@@ -176,6 +185,12 @@ class Deleptonisation(Effect):
         square = self.length_unit / (GRAVITATIONAL_CONSTANT * self.mass_unit)
         return ELECTRONS / (GRAVITATIONAL_CONSTANT * self.mass_unit ** (2.0 / 3.0)), SPEED_OF_LIGHT**2 * square
 
+    def worth(self, xp, density, fraction):
+        """u, P and mu = du/dY of the electrons, and of what nuclei have by their composition, each (N,)."""
+        if self.axis is not None:
+            return self.axis.worth(xp, density, fraction)
+        return elementwise(xp, relativistic, density, fraction, *self.electrons)
+
     @property
     def escape(self):
         """Energy that an electron's neutrino carries off, per mass of its baryon."""
@@ -189,8 +204,9 @@ class Deleptonisation(Effect):
         trapping = TRAPPING / unit if self.trapping_density is None else self.trapping_density
         speed = GRAVITATIONAL_CONSTANT * self.mass_unit / self.length_unit
         neutrinos = NEUTRINOS * speed**3 / unit
-        there = chemical_potential(xp, trapping, fitted(xp, trapping, *self.law(xp)), *self.electrons)
-        return *self.electrons, neutrinos, trapping, neutrinos * xp.maximum(there, 0.0) ** 4
+        dense = xp.full((1,), trapping)
+        there = self.worth(xp, dense, fitted(xp, dense, *self.law(xp)))[2][0]
+        return neutrinos, trapping, neutrinos * xp.maximum(there, 0.0) ** 4
 
     def initial_memory(self, xp, fluid):
         """Y, what neutrinos have and what matter is owed, per mass, the rate that it is given at, and the density.
@@ -214,12 +230,21 @@ class Deleptonisation(Effect):
 
     def remember(self, xp, fluid, interval):
         """The same, `interval` later."""
-        memory, numbers = fluid.memory, (*self.law(xp), self.escape, *self.trapped(xp))
-        names = ("electron_fraction", "neutrino_energy", "capture_heat", "capture_rate")
-        before = (memory["capture_density"], *(memory[name] for name in names))
-        after = elementwise(xp, captured, fluid.density, *before, interval + xp.zeros_like(fluid.density), *numbers)
-        further = self.further(xp, fluid.density, after[0])
-        return {**dict(zip(names, after, strict=True)), "capture_density": fluid.density, **further}
+        memory, density = fluid.memory, fluid.density
+        before, dense_before = memory["electron_fraction"], memory["capture_density"]
+        (after,) = elementwise(xp, least, density, before, *self.law(xp))
+        # In the mean of both densities, which with the pressure at both ends of a step leaves no error of first order.
+        ends = [[self.worth(xp, at, fraction) for fraction in (before, after)] for at in (dense_before, density)]
+        freed = 0.5 * sum(begun[0] - left[0] for begun, left in ends)
+        names = ("neutrino_energy", "capture_heat", "capture_rate")
+        evolved = elementwise(
+            xp, captured, density, dense_before, before - after, freed, ends[0][0][2], ends[1][1][2],
+            *(memory[name] for name in names), interval + xp.zeros_like(density), self.escape, *self.trapped(xp),
+        )  # fmt: skip
+        return {
+            "electron_fraction": after, **dict(zip(names, evolved, strict=True)), "capture_density": density,
+            **self.further(xp, density, after),
+        }  # fmt: skip
 
     def further_pressure(self, xp, density):
         """That of matter which has been no denser before."""
@@ -228,8 +253,10 @@ class Deleptonisation(Effect):
 
     def further(self, xp, density, fraction):
         """What pressure and specific energy have more than with the initial electrons, each (N,)."""
-        values = elementwise(xp, more, density, fraction, self.electron_fraction, *self.trapped(xp))
-        return dict(zip(("further_pressure", "further_energy"), values, strict=True))
+        energy, pressure, potential = self.worth(xp, density, fraction)
+        full_energy, full_pressure, _ = self.worth(xp, density, self.electron_fraction)
+        (push,) = elementwise(xp, of_neutrinos, density, potential, *self.trapped(xp))
+        return {"further_pressure": pressure - full_pressure + push, "further_energy": energy - full_energy}
 
     def fields(self, xp, fluid):
         """The weights of its pressure."""
@@ -248,8 +275,8 @@ class Deleptonisation(Effect):
 
     def energies(self, xp, fluid):
         """What energies have more than with the initial electrons, and what neutrinos have of it."""
-        memory = (fluid.memory[name] for name in ("electron_fraction", "neutrino_energy", "capture_heat"))
-        sums = totals(xp, held, fluid.mass, fluid.density, *memory, self.electron_fraction, *self.electrons)
+        memory = (fluid.memory[name] for name in ("further_energy", "neutrino_energy", "capture_heat"))
+        sums = totals(xp, held, fluid.mass, *memory)
         return tuple(each[0] for each in sums)
 
     def potential_energy(self, xp, fluid):

@@ -81,6 +81,15 @@ class Effect(ParticleParts, AffineParts, RigidParts):
         """The effect in a scene with those code units: itself, where its numbers are all that has a unit."""
         return self
 
+    @property
+    def electron_fractions(self) -> tuple[float, float] | None:
+        """Between which it takes electrons from matter; None where it takes none."""
+        return None
+
+    def on_axis(self, axis: Any, units: CodeUnits) -> Self:
+        """The effect in matter whose table goes on along electron fractions: axis is a matter.electron_axis, in SI."""
+        return self
+
     def further_pressure(self, xp: Any, density: Any) -> Any:
         """What it adds to the equation of state's pressure at those densities, (K,), as matter first comes there."""
         return 0.0 * density

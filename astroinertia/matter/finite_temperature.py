@@ -120,6 +120,17 @@ def is_finite_temperature(path: Path) -> bool:
         return len(members(h5py, name, file, AXES)) == len(AXES)
 
 
+def fractions_of(path: Path) -> np.ndarray:
+    """The electron fractions of a file's nodes, (k,); SceneError where it has none."""
+    check_there(path, WHAT)
+    name = f"{WHAT} {path}"
+    with opened(path, name) as (h5py, file):
+        found = members(h5py, name, file, AXES[:1])
+        if not found:
+            raise SceneError(f"{name} lacks {AXES[0]}")
+        return _axis(name, AXES[0], found[AXES[0]])
+
+
 def read_finite_temperature(path: Path, electron_fraction: float) -> TemperatureTable:
     """The table of a file at an electron fraction; SceneError that says what is wrong with either."""
     check_size(path, WHAT)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from astroinertia.scene.dimensional import options_in_code_units
+from astroinertia.scene.electron_axis import in_matter
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 
@@ -21,7 +22,7 @@ def further_pressure(scene: Scene) -> Callable[[np.ndarray], np.ndarray] | None:
         if scene.entries[kind].presses:
             options = options_in_code_units(options, scene.entries[kind].options, units)
             try:
-                effects.append(catalogue.build(kind, options, scene.entries).in_units(units))
+                effects.append(in_matter(catalogue.build(kind, options, scene.entries).in_units(units), scene, units))
             except ValueError:  # units are missing, which the build says
                 return None
     return (lambda density: sum(effect.further_pressure(np, density) for effect in effects)) if effects else None  # type: ignore

@@ -6,6 +6,7 @@ Fermi energy of relativistic electrons is hc (3 n/(8 pi))^(1/3), hc = 1239.84198
 
 import itertools
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,12 +20,14 @@ from astroinertia.build import sph
 from astroinertia.build.effects import effects_of
 from astroinertia.effects import catalogue, deleptonisation as leptons
 from astroinertia.errors import SceneError
+from astroinertia.matter.electron_axis import electron_axis
 from astroinertia.models.sph.record import energy_budget, snapshot_record
 from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.studies.core_collapse import core_scene
 from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT
+from tests import synthetic_table as exact
 from tests.ball import ball, state_of
 
 MASS, LENGTH = 2e30, 1e6
@@ -36,15 +39,25 @@ def effect(**options: Any) -> Any:
     return catalogue.build("deleptonisation", {"mass_unit": MASS, "length_unit": LENGTH, **options})
 
 
+@pytest.fixture(scope="module")
+def of_table(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The effect in matter of a table that is exact."""
+    path = exact.write(tmp_path_factory.mktemp("table") / "exact.h5")
+    made = effect(electron_fraction=0.47)
+    units = code_units(loads(core_scene("G15", 100)))  # of any scene: masses of MASS, lengths of LENGTH below
+    units = replace(units, mass=MASS, length=LENGTH)
+    return made.on_axis(electron_axis(path, 1e13, made.electron_fractions), units)
+
+
 def cgs(density: Any) -> Any:
     """In code units, of g/cm^3."""
     return 1e3 * np.asarray(density) / DENSITY
 
 
-def fluid(density: Any, **memory: Any) -> Any:
+def fluid(density: Any, made: Any = None, **memory: Any) -> Any:
     here = SimpleNamespace(density=np.atleast_1d(density), grad_h=np.ones(np.size(density)), contrast=None)
     here.mass = np.ones(len(here.density))
-    here.memory = memory or effect().initial_memory(np, here)
+    here.memory = memory or (made or effect()).initial_memory(np, here)
     return here
 
 
@@ -93,7 +106,7 @@ def test_electrons_and_neutrinos_are_those_of_the_textbooks() -> None:
     # K rho^(4/3) of the initial composition is 4.897e14 in cgs
     pressure = electrons * (cgs(1.0) * 0.4971) ** (4 / 3) * DENSITY * SPECIFIC
     assert 10 * pressure == pytest.approx(4.897e14, rel=1e-4)
-    neutrinos = made.trapped(np)[2]
+    neutrinos = made.trapped(np)[0]
     assert 10 * neutrinos * (30 * MEV) ** 4 * DENSITY * SPECIFIC == pytest.approx(3.52127727e24 * 30**4 / 4, rel=1e-6)
 
 
@@ -113,7 +126,7 @@ def test_pressure_and_chemical_potential_are_slopes_of_the_energy() -> None:
                 jnp.asarray(density), jnp.asarray(fraction)
             )
             initial = jax.grad(lambda r: leptons.energy(jnp, r, 0.4971, *made.electrons))(jnp.asarray(density))
-            here = leptons.more(np, density, fraction, 0.4971, *made.trapped(np))[0]
+            here = made.further(np, np.array([density]), np.array([fraction]))["further_pressure"][0]
             assert here == pytest.approx(float(density**2 * (by_density - initial)), rel=1e-12)
             assert leptons.chemical_potential(np, density, fraction, *made.electrons) == pytest.approx(
                 float(by_fraction), rel=1e-12
@@ -132,22 +145,18 @@ def test_only_what_becomes_denser_loses_electrons() -> None:
     assert fractions[4] == leptons.fitted(np, cgs(3e12), *made.law(np))
 
 
-def compressed(first: float, last: float, steps: int) -> SimpleNamespace:
+def compressed(first: float, last: float, steps: int, made: Any = None) -> SimpleNamespace:
     """One particle that becomes denser from g/cm^3 to g/cm^3, with uneven steps, as a run takes it along.
 
     work: of its pressure, by Simpson's rule between evaluations; heat: what kicks have given it.
     """
-    made = effect()
+    made = made or effect()
     turns = (np.arange(steps + 1) + 0.3 * np.sin(np.arange(steps + 1))) / steps
     turns[0], turns[-1] = 0.0, 1.0
     path = lambda s: cgs(first * (last / first) ** s)  # noqa: E731
-    here = fluid(path(0.0))
+    here = fluid(path(0.0), made)
     here.memory = made.remember(np, here, 0.0)
     start, work, heat = float(made.potential_energy(np, here)), 0.0, 0.0
-
-    def pressure(density: float) -> float:
-        fraction = min(0.4971, leptons.fitted(np, density, *made.law(np)))
-        return leptons.more(np, density, fraction, 0.4971, *made.trapped(np))[0]
 
     for before, after in itertools.pairwise(turns):
         heat += 0.5 * (after - before) * made.exchange(np, here)[0][0]
@@ -155,7 +164,7 @@ def compressed(first: float, last: float, steps: int) -> SimpleNamespace:
         here.memory = made.remember(np, here, after - before)
         heat += 0.5 * (after - before) * made.exchange(np, here)[0][0]
     edges = cgs(np.geomspace(first, last, 4001))
-    values = np.array([pressure(each) for each in edges]) / edges
+    values = made.further_pressure(np, edges) / edges
     work = float(np.trapezoid(values, np.log(edges)))
     memory = here.memory
     return SimpleNamespace(
@@ -173,6 +182,38 @@ def test_all_energy_is_accounted_for_to_second_order(first: float, last: float) 
         errors.append(abs(found.gained + found.heat - found.work) / abs(found.work))
     assert errors[-1] < 1e-4
     assert math.log(errors[0] / errors[1]) / math.log(8.0) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize(("first", "last"), [(1e10, 1.9e12), (1e10, 2e14)])
+def test_a_table_keeps_the_same_account(of_table: Any, first: float, last: float) -> None:
+    errors = []
+    for steps in (50, 400):
+        found = compressed(first, last, steps, of_table)
+        errors.append(abs(found.gained + found.heat - found.work) / abs(found.work))
+    assert errors[-1] < 2e-4
+    assert math.log(errors[0] / errors[1]) / math.log(8.0) == pytest.approx(2.0, abs=0.15)
+
+
+def test_a_table_has_its_own_pressure_and_potential(of_table: Any) -> None:
+    """Of electrons of any speed and no nuclei: P lost to 1e-5, and neutrinos in balance with the Fermi energy alone."""
+    density = np.array([1e8, 1e10, 1e12, 1e14])  # g/cm^3
+    fraction = np.array([0.45, 0.43, 0.34, 0.28])
+    _, pressure, potential = of_table.worth(np, cgs(density), fraction)
+    lost = pressure - of_table.worth(np, cgs(density), 0.47)[1]
+    wanted = exact.pressure(1e3 * density, 1.0, fraction) - exact.pressure(1e3 * density, 1.0, 0.47)
+    np.testing.assert_allclose(lost * DENSITY * SPECIFIC, wanted, rtol=1e-5)
+    x = exact._momentum(1e3 * density, fraction)
+    np.testing.assert_allclose(potential / MEV, 0.51099895 * (np.sqrt(1 + x**2) - 1), rtol=1e-4)
+    found = of_table.further(np, cgs(density), fraction)["further_pressure"]
+    np.testing.assert_allclose(found[:3], lost[:3], rtol=1e-12)  # below trapping density
+    with jax.enable_x64(True):
+        traced = of_table.further(jnp, jnp.asarray(cgs(density)), jnp.asarray(fraction))["further_pressure"]
+    np.testing.assert_allclose(traced, found, rtol=1e-12)
+    free = leptons.fitted(np, cgs(2e12), *of_table.law(np))
+    momenta = exact._momentum(1e17, 0.28), exact._momentum(2e15, free)
+    levels = [0.51099895 * (math.sqrt(1 + x**2) - 1) for x in momenta]
+    push = 3.52127727e23 / 4 * (levels[0] ** 4 - levels[1] ** 4)  # Pa
+    assert (found[3] - lost[3]) * DENSITY * SPECIFIC == pytest.approx(push, rel=1e-3)
 
 
 def test_neutrinos_carry_off_ten_million_electron_volts_each_and_the_rest_is_heat() -> None:
@@ -208,7 +249,10 @@ def test_the_heat_is_given_in_time_and_never_taken() -> None:
 
 def test_trapped_neutrinos_push_from_nothing_on() -> None:
     made = effect()
-    low, high = (leptons.trapped_pressure(np, cgs(d), 0.3232, *made.trapped(np)) for d in (1.999e12, 2.001e12))
+    low, high = (
+        leptons.trapped_pressure(np, cgs(d), made.worth(np, cgs([d]), 0.3232)[2][0], *made.trapped(np))
+        for d in (1.999e12, 2.001e12)
+    )
     electrons = made.electrons[0] * (cgs(2e12) * 0.3232) ** (4 / 3)
     assert low == 0.0 and 0.0 <= high < 1e-4 * electrons
 
