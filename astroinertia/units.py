@@ -537,3 +537,12 @@ def not_negative(dimension: str | Dimension, default: Any, text: str) -> Option:
     False
     """
     return Option(dimension, default, text, minimum=0.0)
+
+
+def choice(text: str, *words: str, default: str = "", models: tuple[str, ...] = ALL_MODELS) -> Option:
+    """An option that is one of some words, the first of them unless another default is given.
+
+    >>> choice("axes that it is given in", "inertial", "body").default
+    'inertial'
+    """
+    return Option("choice", default or words[0], text, choices=words, models=models)

@@ -5,6 +5,7 @@ A scene never names code: it names a kind, which is looked up here, and only tha
 
 import importlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from astroinertia.effects.entries import AXIS as AXIS, FORCE_ERROR as FORCE_ERROR, Entry as Entry
@@ -18,9 +19,12 @@ from astroinertia.units import (
     REQUIRED as REQUIRED,
     Default as Default,
     Option as Option,
+    choice as choice,
 )
 
-CATALOGUE: Mapping[str, Entry] = {**FLUID, **FIELDS, **HEAT, **RIGID}
+CATALOGUE: Mapping[str, Entry] = {
+    kind: replace(entry, kind=kind) for kind, entry in {**FLUID, **FIELDS, **HEAT, **RIGID}.items()
+}
 
 
 def load(kind: str, entries: Mapping[str, Entry] = CATALOGUE) -> type:

@@ -13,7 +13,7 @@ Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
 
 @dataclass(frozen=True)
 class Entry:
-    """One effect: its module and class, one line on what it is, its options, the loop it needs and its source.
+    """One effect: one line on what it is, its options, the loop it needs and its source.
 
     models: those that have it. A numerical device of particles is not physics: other models need it not and skip it.
     size: how its size in a scene is estimated; None where it states none. colour: that of figures, of plots.style; a
@@ -22,12 +22,11 @@ class Entry:
     candidates: "always", where there are "companions", or where bodies or kinds of matter are "touching". needs: the
     effects that it cannot be without. gradients: whether it asks for a pass over gradients, from its options.
     limit_power: of the number of particles, that its time-step limit falls with. presses: whether it adds to the
-    pressure of matter, `further_pressure` of its class. made: the class itself, of an effect that is not of this
-    package; package: name and version of the one that it comes from, empty where it was given from Python.
+    pressure of matter, `further_pressure` of its class. kind: that of an effect of this package, whose module has that
+    name. made: the class of what is not of this package; package: name and version of the one that it comes from, empty
+    where it was given from Python.
     """
 
-    module: str
-    class_name: str
     text: str
     options: Mapping[str, Option]
     cost: Cost
@@ -42,8 +41,19 @@ class Entry:
     gradients: Callable[[Mapping[str, Any]], bool] | None = None
     limit_power: float = 0.0
     presses: bool = False
+    kind: str = ""
     made: type | None = None
     package: str = ""
+
+    @property
+    def module(self) -> str:
+        """The module of its class."""
+        return f"astroinertia.effects.{self.kind}" if self.made is None else self.made.__module__
+
+    @property
+    def class_name(self) -> str:
+        """The name of its class: of this package, the kind's words written together."""
+        return self.kind.title().replace("_", "") if self.made is None else self.made.__name__
 
     @property
     def origin(self) -> str:

@@ -11,7 +11,7 @@ from astroinertia.effects.entries import AXIS, Entry
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, size, within_all
 from astroinertia.effects.one_zone import difference
 from astroinertia.orbits.kepler import eccentric_anomaly
-from astroinertia.units import LIGHT, REQUIRED, Option, not_negative, positive
+from astroinertia.units import LIGHT, REQUIRED, Option, choice, not_negative, positive
 
 BULGE = 5.0  # of a liquid sphere in a tide, over its tidal parameter: twice 5/2, for a tide that comes suddenly
 ROCHE = 0.05  # tidal parameter beyond which a liquid is torn: 1/2.455^3 = 0.068
@@ -134,8 +134,6 @@ def _radiation_reaction(body: Characteristic, options: Options) -> Found:
 
 FIELDS: Mapping[str, Entry] = {
     "damping": Entry(
-        "astroinertia.effects.damping",
-        "Damping",
         "drag towards rest or rigid rotation, for relaxation",
         {
             "time_scale": positive("time", REQUIRED, "time over which velocities decay by a factor e"),
@@ -143,47 +141,31 @@ FIELDS: Mapping[str, Entry] = {
             "rate_change": Option("angular_acceleration", None, "constant change of that rate with time, from time 0"),
             "axis": Option("dimensionless", AXIS, "axis of that rotation", shape=(3,)),
             "until": not_negative("time", None, "when the damping ends; never without it"),
-            "frame": Option(
-                "choice",
-                "centre_of_mass",
-                "what the velocities are relative to",
-                choices=("centre_of_mass", "inertial"),
-            ),
+            "frame": choice("what the velocities are relative to", "centre_of_mass", "inertial"),
         },
-        "particles",
-        "Gingold & Monaghan 1977",
-        ("sph", "ellipsoid"),
+        "particles", "Gingold & Monaghan 1977", ("sph", "ellipsoid"), colour="purple",
         size=Measure(
-            "run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _damping, (), ("time_scale",)
+            "run over time scale",
+            "1 - exp(-t/tau)",
+            "Gingold & Monaghan 1977", _damping, (), ("time_scale",),
         ),
-        colour="purple",
         pace=lambda options: (options["time_scale"], options["until"]),
     ),
     "rotating_frame": Entry(
-        "astroinertia.effects.rotating_frame",
-        "RotatingFrame",
         "centrifugal, Coriolis and Euler forces of a frame that rotates about its origin",
         {
             "rate": Option("angular_velocity", REQUIRED, "rotation rate of the frame at time 0"),
             "rate_change": Option("angular_acceleration", None, "constant change of that rate with time"),
             "axis": Option("dimensionless", AXIS, "axis of the rotation", shape=(3,)),
         },
-        "particles",
-        "Landau & Lifshitz 1976, Mechanics, eq. 39.7",
-        ("sph", "ellipsoid"),
+        "particles", "Landau & Lifshitz 1976, Mechanics, eq. 39.7", ("sph", "ellipsoid"), colour="yellow",
         size=Measure(
             "turn of the frame in the run",
             "the angle that it turns by",
-            "Landau & Lifshitz 1976, eq. 39.7",
-            _rotating_frame,
-            (),
-            ("rate",),
+            "Landau & Lifshitz 1976, eq. 39.7", _rotating_frame, (), ("rate",),
         ),
-        colour="yellow",
     ),
     "tide": Entry(
-        "astroinertia.effects.tide",
-        "Tide",
         "a point mass nearby, fixed or on a Kepler orbit about the origin (ellipse, parabola or hyperbola)",
         {
             "mass": positive("mass", REQUIRED, "mass of the perturber"),
@@ -194,61 +176,41 @@ FIELDS: Mapping[str, Entry] = {
             "mean_anomaly": Option("dimensionless", 0.0, "at time 0, in radians from the pericentre"),
             "pericentre_time": Option("time", None, "when a parabola or hyperbola (eccentricity >= 1) is nearest"),
             "softening": not_negative("length", 0.0, "Plummer softening of the perturber"),
-            "frame": Option(
-                "choice",
-                "tidal",
+            "frame": choice(
                 "tidal: relative to the acceleration of the origin, which falls freely; direct: the whole attraction",
-                choices=("tidal", "direct"),
+                "tidal", "direct",
             ),
         },
-        "particles",
-        "Murray & Dermott 1999, chapter 2",
-        ("sph", "ellipsoid"),
+        "particles", "Murray & Dermott 1999, chapter 2", ("sph", "ellipsoid"), colour="sky",
         size=Measure(
             "(M'/M) (R/d)^3 at the nearest",
             "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
-            "Murray & Dermott 1999, section 4.2",
-            _tide,
-            ("mass", "radius"),
-            ("mass", "position"),
+            "Murray & Dermott 1999, section 4.2", _tide, ("mass", "radius"), ("mass", "position"),
         ),
-        colour="sky",
     ),
     "companions": Entry(
-        "astroinertia.effects.companions",
-        "Companions",
         "the scene's [[companions]] as point masses beside the fluid",
         {
-            "motion": Option(
-                "choice",
-                "orbit",
+            "motion": choice(
                 "orbit: on the orbits that REBOUND finds, where the body is a point mass; live: they feel the fluid's "
                 "gravity, and move with it",
-                choices=("orbit", "live"),
+                "orbit", "live",
             ),
-            "frame": Option(
-                "choice",
-                "direct",
+            "frame": choice(
                 "direct: inertial, with the centre of mass of all at rest; tidal: the body is at the origin, which "
                 "falls freely",
-                choices=("tidal", "direct"),
+                "tidal", "direct", default="direct",
             ),
             "softening": not_negative("length", 0.0, "Plummer softening of the companions"),
         },
-        "particles",
-        "Rein & Liu 2012; Hernquist & Katz 1989",
+        "particles", "Rein & Liu 2012; Hernquist & Katz 1989", auto="companions",
         size=Measure(
             "(M'/M) (R/d)^3 at the nearest",
             "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
-            "Murray & Dermott 1999, section 4.2",
-            _companions,
-            ("mass", "radius", "neighbours"),
+            "Murray & Dermott 1999, section 4.2", _companions, ("mass", "radius", "neighbours"),
         ),
-        auto="companions",
     ),
     "sinks": Entry(
-        "astroinertia.effects.sinks",
-        "Sinks",
         "point masses that take the place of collapsing matter, and accrete what falls into them",
         {
             "density": positive("density", REQUIRED, "above which bound, converging matter becomes a sink"),
@@ -256,25 +218,19 @@ FIELDS: Mapping[str, Entry] = {
             "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
             "number": Option("dimensionless", 16.0, "of sinks, at most", minimum=1.0, maximum=1000.0),
         },
-        "particles",
-        "Bate, Bonnell & Price 1995",
+        "particles", "Bate, Bonnell & Price 1995",
         size=Measure(
             "central density over the sinks'",
             "all once the density is reached; the mass whose free fall ends before",
-            "Bate, Bonnell & Price 1995",
-            _sinks,
-            ("central_density",),
-            ("density",),
+            "Bate, Bonnell & Price 1995", _sinks, ("central_density",), ("density",),
         ),
     ),
     "external_field": Entry(
-        "astroinertia.effects.external_field",
-        "ExternalField",
         "a given gravitational field: uniform, quadratic, logarithmic or of a softened point mass, or their sum",
         {
             "uniform": Option("acceleration", None, "uniform acceleration g", shape=(3,)),
             "quadratic": Option(
-                "inverse_time_squared", None, "symmetric matrix A of the potential (x - o).A.(x - o)/2", shape=(3, 3)
+                "inverse_time_squared", None, "symmetric matrix A of the potential (x - o).A.(x - o)/2", shape=(3, 3),
             ),
             "circular_speed": positive("velocity", None, "v of the potential v^2/2 ln(|x - o|^2 + core^2)"),
             "core": positive("length", None, "core radius of that potential"),
@@ -282,101 +238,65 @@ FIELDS: Mapping[str, Entry] = {
             "softening": positive("length", None, "softening of that potential"),
             "origin": Option("length", (0.0, 0.0, 0.0), "origin o of all of them", shape=(3,)),
         },
-        "particles",
-        "Binney & Tremaine 2008, sections 2.2 and 2.3",
-        ("sph", "ellipsoid"),
+        "particles", "Binney & Tremaine 2008, sections 2.2 and 2.3", ("sph", "ellipsoid"), colour="purple",
         size=Measure(
             "tidal field times R^3/(G M)",
             "as a tide of that size",
-            "Binney & Tremaine 2008, section 8.2",
-            _external_field,
-            ("mass", "radius"),
-            ("origin",),
+            "Binney & Tremaine 2008, section 8.2", _external_field, ("mass", "radius"), ("origin",),
         ),
-        colour="purple",
     ),
     "target_tensor": Entry(
-        "astroinertia.effects.target_tensor",
-        "TargetTensor",
         "a force that drives the body's inertia tensor to a given elongation, orientation or size",
         {
             "stiffness": positive(
-                "inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation"
+                "inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation",
             ),
             "axis_ratios": Option(
-                "dimensionless",
-                None,
-                "ratios of the semi-axes that the body is to have, at any size",
-                shape=(3,),
-                minimum=0.0,
-                exclusive=True,
+                "dimensionless", None, "ratios of the semi-axes that the body is to have, at any size", shape=(3,),
+                minimum=0.0, exclusive=True,
             ),
             "moments": Option(
-                "moment_of_inertia",
-                None,
-                "principal moments that it is to have; give these or axis_ratios",
-                shape=(3,),
-                minimum=0.0,
+                "moment_of_inertia", None, "principal moments that it is to have; give these or axis_ratios",
+                shape=(3,), minimum=0.0,
             ),
             "first_axis": Option(
-                "dimensionless",
-                None,
-                "where the first of them is to point; without it any orientation will do",
+                "dimensionless", None, "where the first of them is to point; without it any orientation will do",
                 shape=(3,),
             ),
             "second_axis": Option("dimensionless", None, "where the second is, what is across the first", shape=(3,)),
             "orientation_stiffness": positive(
-                "inverse_time_squared", None, "of the orientation; as stiffness without it"
+                "inverse_time_squared", None, "of the orientation; as stiffness without it",
             ),
             "normal": Option(
-                "dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,)
+                "dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,),
             ),
         },
-        "particles",
-        "Zajac, Jones & Glazier 2003; Merks et al. 2006",
+        "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange",
         size=Measure(
             "stiffness times R^3/(G M)",
             "stiffness times t^2, or t_dyn^2",
-            "Zajac, Jones & Glazier 2003",
-            _target_tensor,
-            ("mass", "radius"),
-            ("stiffness",),
+            "Zajac, Jones & Glazier 2003", _target_tensor, ("mass", "radius"), ("stiffness",),
         ),
-        colour="orange",
     ),
     "radiation_reaction": Entry(
-        "astroinertia.effects.radiation_reaction",
-        "RadiationReaction",
         "loss of energy and angular momentum to gravitational waves, by the quadrupole",
         {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, all goes faster")},
-        "body",
-        "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8",
-        ("sph", "ellipsoid"),
+        "body", "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8", ("sph", "ellipsoid"), colour="orange",
+        auto="always",
         size=Measure(
             "G M/(R c^2)",
             "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
-            "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8",
-            _radiation_reaction,
-            ("mass", "radius", "moments"),
+            "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _radiation_reaction, ("mass", "radius", "moments"),
         ),
-        colour="orange",
-        auto="always",
     ),
     "relativistic_potential": Entry(
-        "astroinertia.effects.relativistic_potential",
-        "RelativisticPotential",
         "general relativity's stronger gravity in the mean over spheres, beside Newton's (one round body)",
         {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, the body is more compact")},
-        "body",
-        "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A",
+        "body", "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A", colour="sky", needs=("gravity",),
         size=Measure(
             "G M/(R c^2)",
             "I of one zone by the virial theorem, with a weight larger by four times that",
-            "Chandrasekhar 1969, section 14; Marek et al. 2006",
-            _relativistic_potential,
-            ZONE,
+            "Chandrasekhar 1969, section 14; Marek et al. 2006", _relativistic_potential, ZONE,
         ),
-        colour="sky",
-        needs=("gravity",),
     ),
-}
+}  # fmt: skip

@@ -8,7 +8,7 @@ from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.entries import FORCE_ERROR, Entry
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import braked, difference
-from astroinertia.units import ALL_MODELS, REQUIRED, Option, not_negative, positive
+from astroinertia.units import ALL_MODELS, REQUIRED, Option, choice, not_negative, positive
 
 CAPTURES, LEFT = (3e10, 2e16), 0.56  # kg/m3 between which electrons are captured, and what is left of them
 
@@ -78,218 +78,140 @@ def _deleptonisation(body: Characteristic, options: Options) -> Found:
 
 FLUID: Mapping[str, Entry] = {
     "gravity": Entry(
-        "astroinertia.effects.gravity",
-        "Gravity",
         "self-gravity of the body (particles are softened by their own kernel)",
         {
-            "method": Option(
-                "choice",
-                "auto",
+            "method": choice(
                 "how particles attract each other: direct sums over all pairs, exact and N^2; multipole expansions of "
                 "far groups, to an error that is asked for; auto is what takes less time",
-                choices=("auto", "direct", "multipole"),
-                models=("sph",),
+                "auto", "direct", "multipole", models=("sph",),
             ),
             "force_error": Option(
-                "dimensionless",
-                FORCE_ERROR,
-                "of multipole: wanted rms of the relative error of the accelerations",
-                minimum=1e-8,
-                maximum=0.03,
-                models=("sph",),
+                "dimensionless", FORCE_ERROR, "of multipole: wanted rms of the relative error of the accelerations",
+                minimum=1e-8, maximum=0.03, models=("sph",),
             ),
             "softening": Option(
-                "length",
-                None,
+                "length", None,
                 "smoothing length of every particle, kept as it is, where no effect acts between neighbours; without "
                 "it, lengths follow the density",
-                minimum=0.0,
-                exclusive=True,
-                models=("sph",),
+                minimum=0.0, exclusive=True, models=("sph",),
             ),
-            "order": Option(
-                "choice",
-                "second",
+            "order": choice(
                 "order in the smoothing length of the error of the binding energy: fourth takes out what softening "
                 "leaves out of it",
-                choices=("second", "fourth"),
-                models=("sph",),
+                "second", "fourth", models=("sph",),
             ),
         },
-        "all pairs",
-        "Price & Monaghan 2007; Dehnen 2014",
-        ALL_MODELS,
+        "all pairs", "Price & Monaghan 2007; Dehnen 2014", ALL_MODELS, colour="blue", auto="always",
         size=Measure(
             "|W| over 3 Pi + 2 T",
             "I of one zone by the virial theorem, with |W| and without",
-            "Chandrasekhar 1969, section 14",
-            _gravity,
-            ZONE,
+            "Chandrasekhar 1969, section 14", _gravity, ZONE,
         ),
-        colour="blue",
-        auto="always",
     ),
     "pressure": Entry(
-        "astroinertia.effects.pressure",
-        "Pressure",
         "pressure gradient of the fluid",
         {
-            "order": Option(
-                "choice",
-                "second",
+            "order": choice(
                 "order in the smoothing length of the error of densities: fourth takes out what smoothing adds to them",
-                choices=("second", "fourth"),
-                models=("sph",),
+                "second", "fourth", models=("sph",),
             ),
-            "gradients": Option(
-                "choice",
-                "kernel",
+            "gradients": choice(
                 "the kernel's own slope, which keeps the entropy of smooth flow exact; or integral, of a matrix that "
                 "straightens out how neighbours lie: less noise in subsonic flow, no surface tension at contacts",
-                choices=("kernel", "integral"),
-                models=("sph",),
+                "kernel", "integral", models=("sph",),
             ),
         },
-        "neighbours",
-        "Springel & Hernquist 2002",
-        ALL_MODELS,
+        "neighbours", "Springel & Hernquist 2002", ALL_MODELS, colour="vermillion", auto="always",
+        limit_power=1.0 / 3.0,
         size=Measure(
             "U/|W|",
             "I of one zone with 3 Pi and without; mass whose free fall ends",
-            "Chandrasekhar 1969, section 14",
-            pressure_size,
-            ZONE,
+            "Chandrasekhar 1969, section 14", pressure_size, ZONE,
         ),
         gradients=lambda options: options["order"] == "fourth" or options["gradients"] == "integral",
-        colour="vermillion",
-        auto="always",
-        limit_power=1.0 / 3.0,
     ),
     "viscosity": Entry(
-        "astroinertia.effects.viscosity",
-        "Viscosity",
         "artificial viscosity, which captures shocks",
         {
             "alpha_max": positive("dimensionless", 1.0, "linear coefficient in a shock"),
             "alpha_min": not_negative(
-                "dimensionless", 0.0, "linear coefficient far from shocks, which damps noise; limiters leave it"
+                "dimensionless", 0.0, "linear coefficient far from shocks, which damps noise; limiters leave it",
             ),
             "beta": not_negative("dimensionless", 4.0, "quadratic coefficient, as a multiple of the linear one"),
             "decay_length": positive("dimensionless", 10.0, "smoothing lengths over which the coefficient decays"),
-            "switch": Option(
-                "choice",
-                "cullen_dehnen",
-                "how the coefficient follows the flow: with shocks, or constant at alpha_max",
-                choices=("cullen_dehnen", "none"),
+            "switch": choice(
+                "how the coefficient follows the flow: with shocks, or constant at alpha_max", "cullen_dehnen", "none",
             ),
-            "limiter": Option(
-                "choice",
-                "reconstruction",
+            "limiter": choice(
                 "what keeps viscosity out of smooth flow: reconstruction sees only the jump that linear flow on both "
                 "sides leaves, guarded_reconstruction more where particles are closer than they should be, balsara "
                 "weakens it where the flow turns rather than converges",
-                choices=("reconstruction", "guarded_reconstruction", "balsara", "none"),
+                "reconstruction", "guarded_reconstruction", "balsara", "none",
             ),
         },
-        "neighbours",
-        "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995",
-        numerical=True,
+        "neighbours", "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995", numerical=True, colour="green",
+        auto="always", needs=("pressure",), limit_power=1.0 / 3.0,
         size=Measure(
             "Mach number of the braked fall",
             "M^2 of the heat, once waves of that Mach number have steepened; what falls",
-            "Landau & Lifshitz 1987, Fluid Mechanics, section 101",
-            _viscosity,
-            ZONE,
+            "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _viscosity, ZONE,
         ),
-        colour="green",
-        auto="always",
-        needs=("pressure",),
-        limit_power=1.0 / 3.0,
         gradients=lambda options: options["switch"] != "none" or options["limiter"] != "none",
     ),
     "conduction": Entry(
-        "astroinertia.effects.conduction",
-        "Conduction",
         "artificial conduction, which smooths jumps of thermal energy",
         {
             "coefficient": not_negative("dimensionless", 1.0, "strength of the exchange of thermal energy"),
-            "signal": Option(
-                "choice",
-                "relative_velocity",
+            "signal": choice(
                 "speed of the exchange: relative_velocity leaves a star in equilibrium alone, pressure_jump is for "
                 "contact discontinuities without gravity",
-                choices=("relative_velocity", "pressure_jump"),
+                "relative_velocity", "pressure_jump",
             ),
         },
-        "neighbours",
-        "Price 2008; Wadsley, Veeravalli & Couchman 2008",
-        numerical=True,
+        "neighbours", "Price 2008; Wadsley, Veeravalli & Couchman 2008", numerical=True, colour="orange",
+        auto="touching", needs=("pressure",), limit_power=1.0 / 3.0,
         size=Measure(
             "contacts of materials",
             "all where matter of different kinds meets; a device without a size of its own else",
-            "Price 2008",
-            _conduction,
+            "Price 2008", _conduction,
         ),
-        colour="orange",
-        auto="touching",
-        needs=("pressure",),
-        limit_power=1.0 / 3.0,
     ),
     "shear_viscosity": Entry(
-        "astroinertia.effects.shear_viscosity",
-        "ShearViscosity",
         "viscosity of the fluid itself, which particles have along their separations: L is kept",
         {"kinematic_viscosity": not_negative("viscosity", REQUIRED, "nu, the same everywhere")},
-        "neighbours",
-        "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
-        ("sph", "ellipsoid"),
+        "neighbours", "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
+        ("sph", "ellipsoid"), colour="green", limit_power=2.0 / 3.0,
         size=Measure(
             "5 nu t/R^2",
             "that, where the flow has shear; times the imbalance of forces in rigid rotation",
-            "Lamb 1932, section 355; Chandrasekhar 1969, section 37",
-            _shear_viscosity,
-            ("radius",),
+            "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _shear_viscosity, ("radius",),
             ("kinematic_viscosity",),
         ),
-        colour="green",
-        limit_power=2.0 / 3.0,
     ),
     "deleptonisation": Entry(
-        "astroinertia.effects.deleptonisation",
-        "Deleptonisation",
         "electrons that a collapsing core loses as it becomes denser, with what neutrinos take and push",
         {
-            "fit": Option(
-                "choice",
-                "G15",
+            "fit": choice(
                 "which electron fraction belongs to a density: that of a star of 15 solar masses in general "
                 "relativity (G15), or of 13 in Newton's gravity (N13)",
-                choices=("G15", "N13"),
+                "G15", "N13",
             ),
             "electron_fraction": Option(
-                "dimensionless",
-                0.4971,
+                "dimensionless", 0.4971,
                 "of the matter that the equation of state is of: it has the pressure of 4.897e14 (rho cm3/g)^(4/3) "
                 "dyn/cm2 at 0.4971; gamma_1 is then 4/3",
-                minimum=0.0,
-                maximum=1.0,
-                exclusive=True,
+                minimum=0.0, maximum=1.0, exclusive=True,
             ),
             "escape_energy": not_negative("energy", None, "that a neutrino carries off; 10 MeV without it"),
             "trapping_density": positive("density", None, "above which neutrinos stay; 2e12 g/cm3 without it"),
             "mass_unit": positive("mass", None, "of a scene in code units: what 1 is, in kg"),
             "length_unit": positive("length", None, "of a scene in code units: what 1 is, in m"),
         },
-        "neighbours",
-        "Liebendoerfer 2005; Shapiro & Teukolsky 1983",
+        "neighbours", "Liebendoerfer 2005; Shapiro & Teukolsky 1983", needs=("pressure",), presses=True,
         size=Measure(
             "share of electrons captured",
             "I of one zone with the pressure of those left to the power 4/3",
-            "Liebendoerfer 2005",
-            _deleptonisation,
-            (*ZONE, "central_density"),
+            "Liebendoerfer 2005", _deleptonisation, (*ZONE, "central_density"),
         ),
-        needs=("pressure",),
-        presses=True,
     ),
-}
+}  # fmt: skip

@@ -58,9 +58,9 @@ def entry_of(made: Any, package: str = "") -> Entry:
     if not made.models or not set(made.models) <= set(ALL_MODELS):
         raise EFFECTS.refused(made, package, f"its `models` must be some of {', '.join(ALL_MODELS)}")
     return Entry(
-        made.__module__, made.__name__, text, made.options, _loop(made, Effect), made.source, tuple(made.models),
-        made.numerical, size=made.size, gradients=_gradients(made, Effect), made=made, package=package,
-        presses=_has(made, Effect, "further_pressure"),
+        text, made.options, _loop(made, Effect), made.source, tuple(made.models), made.numerical, size=made.size,
+        gradients=_gradients(made, Effect), presses=_has(made, Effect, "further_pressure"),
+        made=made, package=package,
     )  # fmt: skip
 
 

@@ -11,9 +11,9 @@ from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal
 from astroinertia.effects.entries import Entry
 from astroinertia.effects.measure import Found, Measure, Options, dot, size, within_all
 from astroinertia.matter.rheology import dissipation
-from astroinertia.units import LIGHT, REQUIRED, Option, not_negative, positive
+from astroinertia.units import LIGHT, REQUIRED, Option, choice, not_negative, positive
 
-_FRAME = Option("choice", "inertial", "the axes that it is given in", choices=("inertial", "body"))
+_FRAME = choice("the axes that it is given in", "inertial", "body")
 _TURNS = ("moments", "spin")
 
 
@@ -147,8 +147,6 @@ def _rotational_deformation(body: Characteristic, options: Options) -> Found:
 
 RIGID: Mapping[str, Entry] = {
     "constant_torque": Entry(
-        "astroinertia.effects.constant_torque",
-        "ConstantTorque",
         "a constant torque, in space or in the body",
         {
             "vector": Option("torque", REQUIRED, "the torque", shape=(3,)),
@@ -156,22 +154,14 @@ RIGID: Mapping[str, Entry] = {
             "begin": not_negative("time", 0.0, "when it begins"),
             "until": not_negative("time", None, "when it ends; never without it"),
         },
-        "body",
-        "Goldstein, Poole & Safko 2002, section 5.5",
-        ("rigid", "scaling"),
+        "body", "Goldstein, Poole & Safko 2002, section 5.5", ("rigid", "scaling"), colour="yellow",
         size=Measure(
             "torque times run over L",
             "torque times the time that it acts, over L",
-            "Goldstein, Poole & Safko 2002, 1.1",
-            _constant_torque,
-            _TURNS,
-            ("vector",),
+            "Goldstein, Poole & Safko 2002, 1.1", _constant_torque, _TURNS, ("vector",),
         ),
-        colour="yellow",
     ),
     "impulses": Entry(
-        "astroinertia.effects.impulses",
-        "Impulses",
         "angular momentum that is added at once, one or many times",
         {
             "angular_momentum": Option("angular_momentum", REQUIRED, "what is added each time", shape=(3,)),
@@ -180,115 +170,74 @@ RIGID: Mapping[str, Entry] = {
             "number": Option("dimensionless", 1e9, "how many come at most", minimum=1.0),
             "frame": _FRAME,
         },
-        "body",
-        "Goldstein, Poole & Safko 2002, section 1.1",
-        ("rigid",),
+        "body", "Goldstein, Poole & Safko 2002, section 1.1", ("rigid",), colour="purple",
         size=Measure(
             "impulses over L",
             "the sum of all impulses over L",
-            "Goldstein, Poole & Safko 2002, 1.1",
-            _impulses,
-            _TURNS,
-            ("angular_momentum", "time"),
+            "Goldstein, Poole & Safko 2002, 1.1", _impulses, _TURNS, ("angular_momentum", "time"),
         ),
-        colour="purple",
     ),
     "pivot": Entry(
-        "astroinertia.effects.pivot",
-        "Pivot",
         "uniform gravity on a body that turns about a fixed point, such as a top or a pendulum",
         {
             "gravity": Option("acceleration", REQUIRED, "the acceleration of gravity", shape=(3,)),
             "arm": Option("length", REQUIRED, "from the fixed point to the centre of mass, in body axes", shape=(3,)),
         },
-        "body",
-        "Goldstein, Poole & Safko 2002, section 5.7",
-        ("rigid",),
+        "body", "Goldstein, Poole & Safko 2002, section 5.7", ("rigid",), colour="vermillion",
         size=Measure(
             "M g l/(L omega)",
             "angle of precession M g l t/L",
-            "Goldstein, Poole & Safko 2002, 5.7",
-            _pivot,
-            (*_TURNS, "mass"),
-            ("gravity", "arm"),
+            "Goldstein, Poole & Safko 2002, 5.7", _pivot, (*_TURNS, "mass"), ("gravity", "arm"),
         ),
-        colour="vermillion",
     ),
     "dipole_braking": Entry(
-        "astroinertia.effects.dipole_braking",
-        "DipoleBraking",
         "the torque by which a pulsar slows down: of a magnetic dipole, or of any braking index",
         {
             "field": positive("magnetic_field", None, "field at the magnetic equator; or give period_derivative"),
             "radius": positive("length", None, "where the field is that"),
             "speed_of_light": positive("velocity", LIGHT, "c"),
             "magnetic_axis": Option(
-                "dimensionless",
-                None,
-                "in body axes; at right angles to the spin without it",
-                shape=(3,),
+                "dimensionless", None, "in body axes; at right angles to the spin without it", shape=(3,),
                 models=("rigid", "scaling"),
             ),
             "period": positive("time", None, "rotation period at which the period grows by period_derivative"),
             "period_derivative": positive("dimensionless", None, "dP/dt, instead of a field"),
             "index": Option("dimensionless", 3.0, "braking index n: the torque goes with the n-th power of the spin"),
         },
-        "body",
-        "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970",
-        ("sph", "rigid", "scaling"),
+        "body", "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970", ("sph", "rigid", "scaling"),
+        colour="purple",
         size=Measure(
             "torque over L omega",
             "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
-            "Goldreich 1970",
-            _dipole_braking,
-            _TURNS,
+            "Goldreich 1970", _dipole_braking, _TURNS,
         ),
-        colour="purple",
     ),
     "internal_dissipation": Entry(
-        "astroinertia.effects.internal_dissipation",
-        "InternalDissipation",
         "heat from the wobble of a body that is not quite rigid, which settles to its largest moment at fixed L",
         {
             "time_scale": positive("time", REQUIRED, "in which a small wobble falls by a factor e"),
             "rate": positive(
-                "angular_velocity", None, "spin that this holds at, going with its power -3; at any spin without it"
+                "angular_velocity", None, "spin that this holds at, going with its power -3; at any spin without it",
             ),
         },
-        "body",
-        "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973",
-        ("rigid",),
+        "body", "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973", ("rigid",), colour="orange",
         size=Measure(
             "run over time scale",
             "angle of the wobble times 1 - exp(-t/tau)",
-            "Burns & Safronov 1973",
-            _internal_dissipation,
-            ("spin",),
-            ("time_scale",),
+            "Burns & Safronov 1973", _internal_dissipation, ("spin",), ("time_scale",),
         ),
-        colour="orange",
     ),
     "gravity_gradient": Entry(
-        "astroinertia.effects.gravity_gradient",
-        "GravityGradient",
         "the torque of companions on a body that is no sphere, to its quadrupole",
         {},
-        "body",
-        "Murray & Dermott 1999, section 5.2",
-        ("rigid",),
+        "body", "Murray & Dermott 1999, section 5.2", ("rigid",), colour="blue", auto="always",
         size=Measure(
             "torque over L omega",
             "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
-            "Murray & Dermott 1999, 5.2; Goldreich 1966",
-            _gravity_gradient,
-            (*_TURNS, "neighbours"),
+            "Murray & Dermott 1999, 5.2; Goldreich 1966", _gravity_gradient, (*_TURNS, "neighbours"),
         ),
-        colour="blue",
-        auto="always",
     ),
     "tidal_torque": Entry(
-        "astroinertia.effects.tidal_torque",
-        "TidalTorque",
         "the torque of companions on the tides that they raise, which lag behind",
         {
             "love_number": positive("dimensionless", REQUIRED, "k_2"),
@@ -297,47 +246,34 @@ RIGID: Mapping[str, Entry] = {
             "quality": positive("dimensionless", None, "Q, the same at all frequencies; or give relaxation_time"),
             "relaxation_time": positive("time", None, "viscosity over rigidity of a body that flows as Maxwell's"),
             "exponent": Option(
-                "dimensionless", None, "alpha of Andrade's creep on top of it", minimum=0.0, maximum=1.0, exclusive=True
+                "dimensionless", None, "alpha of Andrade's creep on top of it", minimum=0.0, maximum=1.0,
+                exclusive=True,
             ),
             "fluid_love_number": positive(
-                "dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one"
+                "dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one",
             ),
         },
-        "body",
-        "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012",
-        ("rigid",),
+        "body", "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012", ("rigid",), colour="green",
         size=Measure(
             "(M'/M) (R/a)^3",
             "torque on the lagging tide times the run, over L",
-            "Goldreich & Soter 1966",
-            _tidal_torque,
-            (*_TURNS, "neighbours"),
-            ("love_number", "radius"),
+            "Goldreich & Soter 1966", _tidal_torque, (*_TURNS, "neighbours"), ("love_number", "radius"),
         ),
-        colour="green",
     ),
     "rotational_deformation": Entry(
-        "astroinertia.effects.rotational_deformation",
-        "RotationalDeformation",
         "the bulge of an elastic body, which follows its rotation at once and so slows its wobble",
         {
             "love_number": positive("dimensionless", REQUIRED, "k_2"),
             "radius": positive("length", REQUIRED, "equatorial radius of the body"),
             "rate": not_negative(
-                "angular_velocity", 0.0, "rotation about the largest moment at which the body has its moments"
+                "angular_velocity", 0.0, "rotation about the largest moment at which the body has its moments",
             ),
         },
-        "body",
-        "Munk & MacDonald 1960, chapter 6; Love 1909",
-        ("rigid",),
+        "body", "Munk & MacDonald 1960, chapter 6; Love 1909", ("rigid",), colour="vermillion",
         size=Measure(
             "bulge k2 R^5 omega^2/(3 G C)",
             "what the bulge adds to C, and the wobble where its phase has changed",
-            "Munk & MacDonald 1960, 6",
-            _rotational_deformation,
-            _TURNS,
-            ("love_number", "radius"),
+            "Munk & MacDonald 1960, 6", _rotational_deformation, _TURNS, ("love_number", "radius"),
         ),
-        colour="vermillion",
     ),
-}
+}  # fmt: skip

@@ -63,10 +63,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
         dimension_of(made)
     except (KeyError, TypeError):
         raise refused("its `dimension` must be a name or Dimension(mass, length, time)") from None
-    return Entry(
-        made.__module__, made.__name__, text, made.options, "body", made.source, tuple(made.models), made=made,
-        package=package,
-    )  # fmt: skip
+    return Entry(text, made.options, "body", made.source, tuple(made.models), made=made, package=package)
 
 
 def dimension_of(made: type[Observable]) -> Dimension:

@@ -42,10 +42,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
         raise BODIES.refused(made, package, f"its `models` must be some of {', '.join(MODELS)}")
     if clash := sorted(set(KEYS) & set(made.options)):
         raise BODIES.refused(made, package, f"its option {clash[0]} is a key that every [body] has")
-    return Entry(
-        made.__module__, made.__name__, text, made.options, "particles", made.source, tuple(made.models), made=made,
-        package=package,
-    )  # fmt: skip
+    return Entry(text, made.options, "particles", made.source, tuple(made.models), made=made, package=package)
 
 
 def installed(kind: str) -> Entry | None:

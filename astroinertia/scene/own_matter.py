@@ -37,9 +37,7 @@ def entry_of(made: Any, package: str = "") -> Entry:
     if made.thermal and (made.entropy is Matter.entropy or made.entropy_rate is Matter.entropy_rate):
         raise MATTER.refused(made, package, "with `thermal` it must have `entropy` and `entropy_rate`")
     models = ("sph", "scaling") if made.thermal else ("sph", "ellipsoid", "scaling")
-    return Entry(
-        made.__module__, made.__name__, text, made.options, "particles", made.source, models, made=made, package=package
-    )
+    return Entry(text, made.options, "particles", made.source, models, made=made, package=package)
 
 
 def installed(kind: str) -> Entry | None:

@@ -102,7 +102,7 @@ class Newcomer(Effect):
 '''
 ENTRY = """
 
-CATALOGUE = {**CATALOGUE, "newcomer": Entry("astroinertia.effects.newcomer", "Newcomer", "a push", {}, "particles", "")}
+CATALOGUE = {**CATALOGUE, "newcomer": Entry("a push", {}, "particles", "", kind="newcomer")}
 """
 
 

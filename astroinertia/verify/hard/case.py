@@ -53,6 +53,8 @@ BARS: Mapping[str, float] = MappingProxyType(
     }
 )
 """What every case keeps: see `judged`. With float32 pairs, FLOAT32 for the momenta."""
+KEPT = "finite; momentum, angular momentum and the ledger kept to round-off, energy to 1 %"
+"""What `BARS` say, in words."""
 FLOAT32 = 1e-7
 NOT_ALWAYS = (
     "timestep_limit_radius", "timestep_limit_density", "internal_energy", "gravitational_energy",
@@ -70,8 +72,8 @@ class Case:
     """
 
     name: str
-    stable: str
     cloud: Callable[[], Cloud]
+    stable: str = KEPT
     until: float = 1.0
     steps: int = 100
     settings: tuple[str, ...] = ()
