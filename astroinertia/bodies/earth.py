@@ -4,25 +4,16 @@ Tests: tests/unit/bodies/test_layered.py (mass and moment of inertia), tests/uni
 first order), tests/unit/bodies/test_figures.py (in full), tests/unit/bodies/test_love_numbers.py (moduli).
 """
 
-import csv
-from functools import lru_cache
-
 import numpy as np
 
 from astroinertia.bodies.figures import NODES, RotatingFigure, figure_of_layered_body
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
 from astroinertia.bodies.love_numbers import YieldingBody, seismic_body
 from astroinertia.process.quantities import with_quantities
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 EARTH_ROTATION_RATE = 7.292115e-5  # rad/s, nominal mean (Groten 2004, J. Geodesy 77, 724)
-
-
-@lru_cache(maxsize=1)
-def _rows() -> tuple[dict[str, str], ...]:
-    with data_path("prem.csv").open(encoding="utf-8", newline="") as file:
-        return tuple(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def prem_layer_names() -> tuple[str, ...]:
@@ -31,7 +22,7 @@ def prem_layer_names() -> tuple[str, ...]:
     >>> print(len(prem_layer_names()))
     13
     """
-    return tuple(row["name"] for row in _rows())
+    return tuple(row["name"] for row in data_rows("prem.csv"))
 
 
 @with_quantities()
@@ -43,8 +34,8 @@ def prem(gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> LayeredBody:
     >>> print(f"{float(prem().moment_ratio):.6f}")  # gravity and precession have 0.3307
     0.330799
     """
-    radii = np.array([float(row["outer_radius_km"]) for row in _rows()]) * 1e3
-    coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in _rows()]
+    radii = np.array([float(row["outer_radius_km"]) for row in data_rows("prem.csv")]) * 1e3
+    coefficients = [[1e3 * float(row[f"a{k}"]) for k in range(4)] for row in data_rows("prem.csv")]
     return polynomial_layers(radii, coefficients, gravitational_constant)
 
 
@@ -56,7 +47,7 @@ def prem_shear_quality() -> tuple[float, ...]:
     >>> print(*prem_shear_quality()[:3])
     84.6 inf 312.0
     """
-    return tuple(float(row["shear_quality"]) for row in _rows())
+    return tuple(float(row["shear_quality"]) for row in data_rows("prem.csv"))
 
 
 def elastic_prem(ocean: bool = False) -> YieldingBody:
@@ -68,7 +59,8 @@ def elastic_prem(ocean: bool = False) -> YieldingBody:
     >>> print(*(f"{number:.4f}" for number in love_numbers(elastic_prem())))  # k2, h2, l2
     0.2983 0.6038 0.0840
     """
-    rows = _rows() if ocean else (*_rows()[:-2], _rows()[-2] | {"outer_radius_km": _rows()[-1]["outer_radius_km"]})
+    *rows, crust, water = data_rows("prem.csv")
+    rows += [crust, water] if ocean else [crust | {"outer_radius_km": water["outer_radius_km"]}]
     radii = [1e3 * float(row["outer_radius_km"]) for row in rows]
     return seismic_body(
         radii, *([[1e3 * float(row[f"{name}{k}"]) for k in range(4)] for row in rows] for name in "aps")

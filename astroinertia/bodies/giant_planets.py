@@ -10,7 +10,6 @@ Inputs: data/planets.csv (G M, equatorial radius, rotation) and data/zonal_harmo
 Tests: tests/physics/test_giant_planets.py.
 """
 
-import csv
 import math
 from dataclasses import dataclass
 
@@ -21,7 +20,7 @@ from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import PolytropicLaw
 from astroinertia.process.quantities import with_quantities
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 CORE_FRACTION = 0.15  # of the mean radius: the compact cores of three-layer models (Nettelmann et al. 2012, 2013)
@@ -71,8 +70,7 @@ def measured_field(name: str) -> GravityField:
     """
     body = planets.body(name)
     radius = body.equatorial_radius
-    with data_path("zonal_harmonics.csv").open(encoding="utf-8", newline="") as file:
-        rows = [row for row in csv.DictReader(line for line in file if not line.startswith("#")) if row["body"] == name]
+    rows = [row for row in data_rows("zonal_harmonics.csv") if row["body"] == name]
     if not rows:
         raise KeyError(f"no zonal harmonics of {name} in data/zonal_harmonics.csv")
     scales = [1e-6 * (1e3 * float(row["radius_km"]) / radius) ** int(row["degree"]) for row in rows]

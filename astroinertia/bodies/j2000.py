@@ -3,13 +3,12 @@
 Tests: tests/unit/bodies/test_j2000.py.
 """
 
-import csv
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 
 MEAN_OBLIQUITY = np.radians(84381.406 / 3600.0)  # of the ecliptic at J2000: Capitaine et al. 2003, A&A 412, 567
 EARTH_PARAMETER = 398600.435507e9  # GM in m3 s-2, DE440: Park et al. 2021, AJ 161, 105
@@ -58,13 +57,11 @@ def states(about: str = "Earth", axes: np.ndarray | None = None) -> dict[str, St
 
 @lru_cache(maxsize=1)
 def _table() -> dict[str, State]:
-    with data_path("j2000_states.csv").open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
     return {
         row["body"]: State(
             1e9 * float(row["gm_km3_s2"]),
             1e3 * np.array([float(row[f"{axis}_km"]) for axis in "xyz"]),
             1e3 * np.array([float(row[f"v{axis}_km_s"]) for axis in "xyz"]),
         )
-        for row in rows
+        for row in data_rows("j2000_states.csv")
     }

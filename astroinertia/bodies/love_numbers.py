@@ -12,7 +12,6 @@ fluids; Kamata et al. 2015, JGR Planets 120, 1528, without infinities where a la
 Tests: tests/unit/bodies/test_love_numbers.py.
 """
 
-import csv
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from scipy.sparse.linalg import spsolve
 
 from astroinertia.bodies.layered import LayeredBody, polynomial_layers
 from astroinertia.process.quantities import with_quantities
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 Array = Any
@@ -127,8 +126,7 @@ def interior(name: str) -> YieldingBody:
     >>> print(f"{love_numbers(interior('Moon')).k:.4f}")  # GRAIL, at a month: 0.0241
     0.0234
     """
-    with data_path("interiors.csv").open(encoding="utf-8", newline="") as file:
-        every = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    every = data_rows("interiors.csv")
     table = np.array([[1e3 * float(row[c]) for c in _COLUMNS] for row in every if row["body"] == name])
     if not len(table):
         raise ValueError(f"there are interiors of {', '.join(sorted({row['body'] for row in every}))}, not of {name}")

@@ -3,12 +3,10 @@
 Tests: tests/unit/bodies/test_mean_orbits.py.
 """
 
-import csv
-from functools import lru_cache
 from typing import Any
 
 from astroinertia.bodies.planets import solar_system
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 _ORBIT = ("semi_major_axis", "eccentricity", "inclination", "node_period")
@@ -22,9 +20,10 @@ def mean_companions(name: str) -> list[dict[str, Any]]:
     >>> print([companion["name"] for companion in mean_companions("Mars")])
     ['Sun', 'Phobos', 'Deimos']
     """
-    pairs = [(row["around"], row) for row in _rows() if row["body"] == name]
+    orbits = data_rows("mean_orbits.csv")
+    pairs = [(row["around"], row) for row in orbits if row["body"] == name]
     if pairs:
-        pairs += [(row["body"], row) for row in _rows() if row["around"] == name]
+        pairs += [(row["body"], row) for row in orbits if row["around"] == name]
     return [
         {"name": other, "mass": mass_of(other)} | {key: row[key] for key in _ORBIT if row[key]} for other, row in pairs
     ]
@@ -34,13 +33,7 @@ def mass_of(name: str) -> float:
     """Return the mass in kg of a body of `data/planets.csv` or of this table; KeyError for one of neither."""
     if name in solar_system():
         return solar_system()[name].mass
-    for row in _rows():
+    for row in data_rows("mean_orbits.csv"):
         if row["body"] == name:
             return 1e9 * float(row["gm_km3_s2"]) / GRAVITATIONAL_CONSTANT
     raise KeyError(f"no table has the mass of {name}")
-
-
-@lru_cache(maxsize=1)
-def _rows() -> tuple[dict[str, str], ...]:
-    with data_path("mean_orbits.csv").open(encoding="utf-8", newline="") as stream:
-        return tuple(csv.DictReader(line for line in stream if not line.startswith("#")))

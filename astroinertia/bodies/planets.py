@@ -6,7 +6,6 @@ normalised with, and is only ever compared after `moment_ratios.convert_moment_r
 Tests: tests/unit/bodies/test_planets.py.
 """
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from types import MappingProxyType
 
 from astroinertia.bodies import moment_ratios
 from astroinertia.process.quantities import with_quantities
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
@@ -188,10 +187,8 @@ def solar_system() -> Mapping[str, SolarSystemBody]:
     >>> print(list(solar_system())[:4])
     ['Sun', 'Mercury', 'Venus', 'Earth']
     """
-    with data_path("planets.csv").open(encoding="utf-8", newline="") as stream:
-        lines = [line for line in stream if not line.startswith("#")]
     bodies: dict[str, dict[str, list[Published]]] = {}
-    for row in csv.DictReader(lines):
+    for row in data_rows("planets.csv"):
         rows = bodies.setdefault(row["body"], {}).setdefault(row["quantity"], [])
         rows.insert(0 if row["use"] == "adopted" else len(rows), _published(row))
     return MappingProxyType(

@@ -1,48 +1,30 @@
 """What a dataset has beside its headline series (observables.quantities): snapshots, labels, attributes, units."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from astroinertia.observables.quantities import (
-    DENSITY,
-    LABELS,
-    LENGTH,
-    MASS,
-    NUMBER,
-    PRESSURE,
-    SPECIFIC_ENERGY,
-    SPEED,
-    TIME,
-    UNRECORDED,
-    Quantity,
-)
+from astroinertia.observables.quantities import LABELS, UNRECORDED, Quantity, quantities_of
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 FORMAT = 1
 COMPUTED = "computed by astroinertia from the scene in `scene`, with the versions in `versions`"
 """The first line of a history; a line follows for each time that a run went on otherwise, or was branched."""
 CONVENTIONS = "CF-1.11"
-_S = ("snapshot_time", "particle")
-_ENTROPY = "A in P = P_cold(rho) + A rho^gamma; in code units, since its dimension depends on gamma"
-SNAPSHOT: dict[str, Quantity] = {
-    "position": Quantity((*_S, "i"), LENGTH, "m", "position"),
-    "velocity": Quantity((*_S, "i"), SPEED, "m s-1", "velocity"),
-    "mass": Quantity(_S, MASS, "kg", "mass"),
-    "density": Quantity(_S, DENSITY, "kg m-3", "density"),
-    "smoothing_length": Quantity(_S, LENGTH, "m", "smoothing length"),
-    "internal_energy": Quantity(_S, SPECIFIC_ENERGY, "J kg-1", "specific internal energy"),
-    "entropy": Quantity(_S, NUMBER, "1", "entropy function", _ENTROPY),
-    "pressure": Quantity(_S, PRESSURE, "Pa", "pressure"),
-    "electron_fraction": Quantity(_S, NUMBER, "1", "electron fraction", "electrons a baryon; with deleptonisation"),
-    "density_factor": Quantity(_S, NUMBER, "1", "factor of the density", "of a sum of volumes"),
-    "material": Quantity(_S, NUMBER, "1", "material", "its number in the scene's list of materials, from 0"),
-}
+PARTS = quantities_of(
+    Path(__file__).with_name("quantities.csv"),
+    {
+        "own": "about the region's own centre of mass",
+        "flux": "what particles that entered or left have changed since the start, membership being judged at each "
+        "record",
+    },
+)
+"""What is beside the headline series, by the parts of the table quantities.csv."""
+SNAPSHOT = PARTS["snapshot"]
 """Per particle, in the order of the particles' identities."""
-
-TIME_QUANTITY = Quantity(("time",), TIME, "s", "time since the start")
-SNAPSHOT_TIME = Quantity(("snapshot_time",), TIME, "s", "time of the snapshot")
+TIME_QUANTITY, SNAPSHOT_TIME = PARTS["time"]["time"], PARTS["time"]["snapshot_time"]
 
 
 def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame: str) -> str:

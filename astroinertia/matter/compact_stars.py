@@ -10,7 +10,6 @@ Sources: Read, Lackey, Owen & Friedman 2009, PRD 79, 124032; Lindblom 1992, ApJ 
 Tests: tests/unit/matter/test_compact_stars.py.
 """
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import root_scalar
 
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
 SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4766250 km
@@ -302,9 +301,8 @@ def read2009_table() -> dict[str, dict[str, float]]:
     >>> print(len(read2009_table()))
     34
     """
-    with data_path("read2009.csv").open(encoding="utf-8", newline="") as lines:
-        rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-        return {row["name"]: {key: float(row[key]) for key in row if key != "name"} for row in rows}
+    rows = data_rows("read2009.csv")
+    return {row["name"]: {key: float(row[key]) for key in row if key != "name"} for row in rows}
 
 
 def read2009(name: str) -> Barotrope:

@@ -1,11 +1,10 @@
 """Observed pulsars: `data/pulsars.csv`, with the source of each number. Tests: tests/unit/rotation/test_pulsars.py."""
 
-import csv
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 
 KINDS = ("ordinary", "recycled", "magnetar", "isolated")
 
@@ -36,8 +35,6 @@ def pulsars() -> tuple[Pulsar, ...]:
     >>> print([star.name for star in pulsars() if star.period > 0.03 and star.period < 0.04 and star.name])
     ['J0348+0432', 'Crab', 'B1534+12', 'B1951+32']
     """
-    with data_path("pulsars.csv").open(encoding="utf-8", newline="") as lines:
-        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     return tuple(
         Pulsar(
             row["jname"],
@@ -51,7 +48,7 @@ def pulsars() -> tuple[Pulsar, ...]:
             row["braking_index_source"],
             row["source"],
         )
-        for row in rows
+        for row in data_rows("pulsars.csv")
     )
 
 

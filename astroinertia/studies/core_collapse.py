@@ -31,6 +31,7 @@ from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.cold_matter import CORE_COLLAPSE
@@ -224,10 +225,11 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
     time, density = dataset["time"].values, dataset["density_max"].values
     share = rotational_share(dataset)
     amplitude = 8.0 * math.sqrt(math.pi / 15.0) * dataset.inertia.strain(math.pi / 2)["plus"].values
-    course = dataset.assign(
-        rotational_share=("time", share, {"units": "1", "long_name": "T/|W|, T of the rotation shell by shell"}),
-        gw_amplitude=("time", amplitude, {"units": "m", "long_name": "gravitational-wave amplitude A20"}),
-    )
+    series = {
+        "rotational_share": (share, "1", "T/|W|, T of the rotation shell by shell"),
+        "gw_amplitude": (amplitude, "m", "gravitational-wave amplitude A20"),
+    }
+    course = dataset.assign(variables("time", series))
     kind, at = dynamics(time, density, amplitude)
     attributes: dict[str, float | str] = {"dynamics": kind}
     if at is not None:

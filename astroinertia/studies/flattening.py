@@ -16,6 +16,7 @@ from astroinertia.bodies.clairaut import hydrostatic_figure
 from astroinertia.bodies.figures import RotatingFigure, figure_of_density, figure_of_polytrope
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.planets import SolarSystemBody, body, solar_system
+from astroinertia.dataset.variables import of_rows, variables
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
@@ -77,11 +78,11 @@ def rotating_sequence(
         rows = [_figure(solver, float(rate)) for rate in rates]
     except ValueError as error:
         raise SceneError(str(error)) from error
+    columns = zip(_QUANTITIES.items(), np.transpose(rows), strict=True)
     dataset = xr.Dataset(
-        {name: ("small_m", [row[k] for row in rows], {"units": "1", "long_name": text})
-         for k, (name, text) in enumerate(_QUANTITIES.items())},
-        {"small_m": ("small_m", rates, {"units": "1", "long_name": "Omega^2 R^3/(G M)"})},
-    )  # fmt: skip
+        variables("small_m", {name: (column, "1", text) for (name, text), column in columns}),
+        variables("small_m", {"small_m": (rates, "1", "Omega^2 R^3/(G M)")}),
+    )
     if layered or index == 0:
         one = constant_layers(*([1.0], [1.0]) if not layered else (np.array(outer_radii), np.array(densities)))
         k2 = float(hydrostatic_figure(one, 0.0).love_number)
@@ -110,13 +111,11 @@ def flattening(names: Iterable[str] | None = None) -> xr.Dataset:
         if name.lower() not in (listed.lower() for listed in solar_system()):
             raise SceneError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
     bodies = [body(name) for name in chosen]
-    columns = [_compared(one) for one in bodies]
     dataset = xr.Dataset(
-        {name: ("body", [column[name] for column in columns], {"units": "1", "long_name": text})
-         for name, text in _COMPARED.items()},
+        of_rows("body", map(_compared, bodies), {name: ("1", text) for name, text in _COMPARED.items()}),
         {"body": [one.name for one in bodies]},
         {"title": "flattening and J2, measured and hydrostatic"},
-    )  # fmt: skip
+    )
     for name in ("flattening", "zonal_harmonic_2"):
         model = dataset[f"{name}_layers"].fillna(dataset[f"{name}_polytrope"])
         dataset[f"{name}_excess"] = dataset[f"{name}_measured"] / model - 1

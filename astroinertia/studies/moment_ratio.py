@@ -18,6 +18,7 @@ from astroinertia.bodies.clairaut import radau_darwin_moment_ratio
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import OWN, MomentRatio, Published, SolarSystemBody, body, solar_system
 from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.dataset.variables import of_rows
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage import cache
@@ -230,13 +231,8 @@ def moment_ratio(names: Iterable[str | SolarSystemBody] | None = None) -> xr.Dat
     [0.3307 0.3643]
     """
     bodies = [_body(name) for name in (solar_system() if names is None else names)]
-    columns = [_column(one) for one in bodies]
-    numbers = {
-        name: ("body", [one[name] for one in columns], {"units": unit, "long_name": text})
-        for name, (unit, text) in _VARIABLES.items()
-    }
     return xr.Dataset(
-        numbers,
+        of_rows("body", map(_column, bodies), _VARIABLES),
         {"body": [one.name for one in bodies]},
         {"title": "moment ratios of the solar system", "ratios": "mean moment over M R^2, R the mean radius"},
     )

@@ -9,6 +9,7 @@ import xarray as xr
 
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import precession
@@ -61,17 +62,13 @@ def obliquity_history(
     alpha = _alpha(name) if precession_constant is None else precession_constant
     times = np.linspace(0.0, years * JULIAN_YEAR, samples)
     history = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
-    attributes = {"units": "rad"}
+    angles = {
+        "obliquity": (history.obliquity, "rad", "obliquity to the planet's own orbit"),
+        "inclination": (np.arccos(history.normal[:, 2]), "rad", "of the orbit, to that of J2000"),
+    }
     return xr.Dataset(
-        {
-            "obliquity": ("time", history.obliquity, attributes | {"long_name": "obliquity to the planet's own orbit"}),
-            "inclination": (
-                "time",
-                np.arccos(history.normal[:, 2]),
-                attributes | {"long_name": "of the orbit, to that of J2000"},
-            ),
-        },
-        {"time": ("time", times, {"units": "s", "long_name": "time from J2000"})},
+        variables("time", angles),
+        variables("time", {"time": (times, "s", "time from J2000")}),
         {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": history.steps},
     )
 

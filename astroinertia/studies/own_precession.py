@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 from scipy.optimize import brentq
 
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.rotation.precession import geodesic_precession, node_nutation
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
@@ -108,30 +109,26 @@ def precession_of(
     relative = -float(geodesic_precession(parameter, heaviest.semi_major_axis, heaviest.eccentricity)) if outer else 0.0
     total = backwards * common + relative
     back = "rate at which the equator's node goes back"
+    longitudes, obliquities = zip(*swings, strict=True)
+    swing = "amplitude of the nutation in {} with the node of its orbit"
+    of_companions = {
+        "precession_rate": (shares, "rad s-1", f"{back}, by each companion"),
+        "tilt": ([angles[orbit.name] for orbit in orbits], "rad", "angle between the equator and the mean orbit"),
+        "nutation_longitude": (list(longitudes), "rad", swing.format("longitude")),
+        "nutation_obliquity": (list(obliquities), "rad", swing.format("obliquity")),
+    }
+    of_all = {
+        "dynamical_ellipticity": (bulge / (1.5 * polar), "1", "(C - A)/C"),
+        "moment_ratio": (polar / (m * r**2), "1", "C/(M R^2), R as that of J2"),
+        "relativity": (relative, "rad s-1", "geodesic precession (de Sitter 1916)"),
+        "total_rate": (total, "rad s-1", back),
+        "total_period": (2.0 * math.pi / abs(total) if total else math.inf, "s", "its period"),
+    }
     return xr.Dataset(
-        {
-            "precession_rate": ("companion", shares, _attributes("rad s-1", f"{back}, by each companion")),
-            "tilt": (
-                "companion", [angles[orbit.name] for orbit in orbits],
-                _attributes("rad", "angle between the equator and the mean orbit"),
-            ),
-            "nutation_longitude": (
-                "companion", [longitude for longitude, _ in swings],
-                _attributes("rad", "amplitude of the nutation in longitude with the node of its orbit"),
-            ),
-            "nutation_obliquity": (
-                "companion", [tilting for _, tilting in swings],
-                _attributes("rad", "amplitude of the nutation in obliquity with the node of its orbit"),
-            ),
-            "dynamical_ellipticity": ((), bulge / (1.5 * polar), _attributes("1", "(C - A)/C")),
-            "moment_ratio": ((), polar / (m * r**2), _attributes("1", "C/(M R^2), R as that of J2")),
-            "relativity": ((), relative, _attributes("rad s-1", "geodesic precession (de Sitter 1916)")),
-            "total_rate": ((), total, _attributes("rad s-1", back)),
-            "total_period": ((), 2.0 * math.pi / abs(total) if total else math.inf, _attributes("s", "its period")),
-        },
+        variables("companion", of_companions) | variables((), of_all),
         {"companion": [orbit.name for orbit in orbits]},
         {"title": "precession by the torques on a body's flattening", "source": "Goldreich 1966, Rev. Geophys. 4, 411"},
-    )  # fmt: skip
+    )
 
 
 def _moments(
@@ -259,7 +256,3 @@ def _number(name: str, value: Any, dimension: str, above: float) -> float:
         limit = "" if above == -math.inf else " above 0" if above == 0.0 else " that is not negative"
         raise SceneError(f"precession_of: {name} must be a finite number{limit}, not {made:g}")
     return made
-
-
-def _attributes(units: str, name: str) -> dict[str, str]:
-    return {"units": units, "long_name": name}

@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.bodies.planets import body
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import precession as formulae, spice, wobble
@@ -107,40 +108,23 @@ def chandler_wobble(love_number: float | None = None) -> xr.Dataset:
     """
     free_wobble = wobble.chandler_wobble(love_number)
     observed = 433.0 * wobble.DAY  # Vondrak, Ron & Chapanov 2017, Adv. Space Res. 59, 1395
-    causes = [share.name for share in free_wobble.shares]
+    shares = free_wobble.shares
+    of_causes = {
+        "period": ([share.period for share in shares], "s", "period with it and all before it"),
+        "change": ([share.change for share in shares], "s", "what it does to the period"),
+        "love_number_part": ([np.real(share.love_number) for share in shares], "1", "part of k2"),
+        "love_number_lag": ([-np.imag(share.love_number) for share in shares], "1", "lagging part of k2"),
+    }
+    of_all = {
+        "period_of_all": (free_wobble.period, "s", "period with all causes"),
+        "observed_period": (observed, "s", "observed period; published values are 430 to 435 d"),
+        "unnamed": (observed - free_wobble.period, "s", "observed less computed"),
+        "quality": (free_wobble.quality, "1", "Q of the damping by anelasticity"),
+        "mantle_share": (free_wobble.mantle_share, "1", "A_m/A, the moment outside the core by PREM"),
+    }
     return xr.Dataset(
-        {
-            "period": (
-                "cause",
-                [share.period for share in free_wobble.shares],
-                _attributes("s", "period with it and all before it"),
-            ),
-            "change": (
-                "cause",
-                [share.change for share in free_wobble.shares],
-                _attributes("s", "what it does to the period"),
-            ),
-            "love_number_part": (
-                "cause",
-                [np.real(s.love_number) for s in free_wobble.shares],
-                _attributes("1", "part of k2"),
-            ),
-            "love_number_lag": (
-                "cause",
-                [-np.imag(s.love_number) for s in free_wobble.shares],
-                _attributes("1", "lagging part of k2"),
-            ),
-            "period_of_all": ((), free_wobble.period, _attributes("s", "period with all causes")),
-            "observed_period": ((), observed, _attributes("s", "observed period; published values are 430 to 435 d")),
-            "unnamed": ((), observed - free_wobble.period, _attributes("s", "observed less computed")),
-            "quality": ((), free_wobble.quality, _attributes("1", "Q of the damping by anelasticity")),
-            "mantle_share": (
-                (),
-                free_wobble.mantle_share,
-                _attributes("1", "A_m/A, the moment outside the core by PREM"),
-            ),
-        },
-        {"cause": causes},
+        variables("cause", of_causes) | variables((), of_all),
+        {"cause": [share.name for share in shares]},
         {"title": "free wobble of the Earth, by causes", "source": "Smith & Dahlen 1981, GJRAS 64, 223"},
     )
 
@@ -157,36 +141,28 @@ def _followed(
 
 
 def _dataset(
-    planet: Planet,
-    angles: tuple[np.ndarray, ...],
-    rates: dict[str, float],
-    motion: HarmonicFit,
-    tilting: HarmonicFit,
+    planet: Planet, angles: tuple[np.ndarray, ...], rates: dict[str, float], motion: HarmonicFit, tilting: HarmonicFit
 ) -> xr.Dataset:
     times, longitude, tilt = angles
     formula = _formula(planet)
+    along_time = {
+        "longitude": (longitude, "rad", "how far the node of the equator has gone back"),
+        "obliquity": (tilt, "rad", "obliquity to the orbit of J2000"),
+        "steady_longitude": (motion.steady(times), "rad", "longitude without its periodic terms"),
+        "steady_obliquity": (tilting.steady(times), "rad", "obliquity without its periodic terms"),
+    }
+    of_parts = {
+        "precession_rate": (list(rates.values()), "rad s-1", "rate of the motion at J2000"),
+        "precession_rate_formula": (
+            [formula.get(part, np.nan) for part in rates], "rad s-1", "rate by first-order formula",
+        ),
+    }  # fmt: skip
+    left = {"residual": (motion.residual, "rad", "root mean square of the longitude that the fit leaves")}
     return xr.Dataset(
-        {
-            "longitude": ("time", longitude, _attributes("rad", "how far the node of the equator has gone back")),
-            "obliquity": ("time", tilt, _attributes("rad", "obliquity to the orbit of J2000")),
-            "steady_longitude": (
-                "time", motion.steady(times), _attributes("rad", "longitude without its periodic terms"),
-            ),
-            "steady_obliquity": (
-                "time", tilting.steady(times), _attributes("rad", "obliquity without its periodic terms"),
-            ),
-            "precession_rate": ("part", list(rates.values()), _attributes("rad s-1", "rate of the motion at J2000")),
-            "precession_rate_formula": (
-                "part", [formula.get(part, np.nan) for part in rates],
-                _attributes("rad s-1", "rate by first-order formula"),
-            ),
-            "residual": (
-                (), motion.residual, _attributes("rad", "root mean square of the longitude that the fit leaves"),
-            ),
-        },
-        {"time": ("time", times, _attributes("s", "time from J2000")), "part": list(rates)},
+        variables("time", along_time) | variables("part", of_parts) | variables((), left),
+        variables("time", {"time": (times, "s", "time from J2000")}) | {"part": list(rates)},
         {"title": f"precession of {planet.name}, integrated", "body": planet.name},
-    )  # fmt: skip
+    )
 
 
 def _origins(name: str, kernels: Kernels) -> dict[str, str]:
@@ -211,16 +187,14 @@ def _formula(planet: Planet) -> dict[str, float]:
 
 def _corrected(dataset: xr.Dataset, corrections: dict[str, float], sources: list[str], published: float) -> xr.Dataset:
     corrected = float(dataset["precession_rate"].sel(part="all")) + sum(corrections.values())
+    rates = {"correction_rate": (list(corrections.values()), "rad s-1", "rate of what is not in the motion")}
+    numbers = {
+        "corrected_rate": (corrected, "rad s-1", "rate with all corrections"),
+        "published_rate": (published, "rad s-1", "published rate"),
+        "difference": (corrected / published - 1, "1", "corrected over published, less one"),
+    }
     return dataset.assign_coords(correction=list(corrections)).assign(
-        correction_rate=(
-            "correction",
-            list(corrections.values()),
-            _attributes("rad s-1", "rate of what is not in the motion"),
-        ),
-        correction_source=("correction", sources),
-        corrected_rate=((), corrected, _attributes("rad s-1", "rate with all corrections")),
-        published_rate=((), published, _attributes("rad s-1", "published rate")),
-        difference=((), corrected / published - 1, _attributes("1", "corrected over published, less one")),
+        variables("correction", rates) | {"correction_source": ("correction", sources)} | variables((), numbers)
     )
 
 
@@ -236,22 +210,15 @@ def _of_the_earth(
     dataset = _corrected(dataset, corrections, sources, _IAU_2006 * _PER_CENTURY)
     pole = _pole_rate(planet, orbits)
     general = float(formulae.general_precession(dataset["corrected_rate"], planet.obliquity, pole))
-    return dataset.assign(
-        nutation_longitude=(
-            (),
-            -motion.sine[_NODE],
-            _attributes("rad", "amplitude of the 18.6-year term in longitude"),
-        ),
-        nutation_obliquity=((), tilt.cosine[_NODE], _attributes("rad", "amplitude of the 18.6-year term in obliquity")),
-        ecliptic_pole_rate=((), pole, _attributes("rad s-1", "of the ecliptic's pole towards the equinox")),
-        general_precession_rate=((), general, _attributes("rad s-1", "rate of the equinox on the moving ecliptic")),
-        general_precession_period=((), 2 * np.pi / general, _attributes("s", "period of the general precession")),
-        published_general_rate=(
-            (),
-            _IAU_GENERAL * _PER_CENTURY,
-            _attributes("rad s-1", "published general precession"),
-        ),
-    )
+    numbers = {
+        "nutation_longitude": (-motion.sine[_NODE], "rad", "amplitude of the 18.6-year term in longitude"),
+        "nutation_obliquity": (tilt.cosine[_NODE], "rad", "amplitude of the 18.6-year term in obliquity"),
+        "ecliptic_pole_rate": (pole, "rad s-1", "of the ecliptic's pole towards the equinox"),
+        "general_precession_rate": (general, "rad s-1", "rate of the equinox on the moving ecliptic"),
+        "general_precession_period": (2 * np.pi / general, "s", "period of the general precession"),
+        "published_general_rate": (_IAU_GENERAL * _PER_CENTURY, "rad s-1", "published general precession"),
+    }
+    return dataset.assign(variables((), numbers))
 
 
 def _of_mars(
@@ -271,16 +238,13 @@ def _of_mars(
     dataset = _corrected(dataset, corrections, sources, _MARS_RATE * _PER_YEAR)
     # The torque, and that on the moons with it, goes as 1/C; relativity does not.
     needed_ratio = ratio * rate * (1 + moons) / (_MARS_RATE * _PER_YEAR + float(relativity))
-    return dataset.assign(
-        polar_moment_ratio=((), needed_ratio, _attributes("1", "C/(M a^2) of the published rate, a = 3396 km")),
-        polar_moment_ratio_error=(
-            (),
-            needed_ratio * _MARS_RATE_ERROR / _MARS_RATE,
-            _attributes("1", "one sigma, from the rate"),
-        ),
-        published_polar_moment_ratio=((), _MARS_RATIO, _attributes("1", "C/(M a^2) published with that rate")),
-        published_polar_moment_ratio_error=((), _MARS_RATIO_ERROR, _attributes("1", "one sigma")),
-    )
+    numbers = {
+        "polar_moment_ratio": (needed_ratio, "1", "C/(M a^2) of the published rate, a = 3396 km"),
+        "polar_moment_ratio_error": (needed_ratio * _MARS_RATE_ERROR / _MARS_RATE, "1", "one sigma, from the rate"),
+        "published_polar_moment_ratio": (_MARS_RATIO, "1", "C/(M a^2) published with that rate"),
+        "published_polar_moment_ratio_error": (_MARS_RATIO_ERROR, "1", "one sigma"),
+    }
+    return dataset.assign(variables((), numbers))
 
 
 def _pole_rate(planet: Planet, orbits: Ephemeris) -> float:
@@ -293,7 +257,3 @@ def _pole_rate(planet: Planet, orbits: Ephemeris) -> float:
     normal = np.cross(place, speed)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     return harmonic_fit(times, normal[:, 0], planet.frequencies[planet.frequencies > 0][[3]] * np.arange(1, 3)).rate
-
-
-def _attributes(units: str, name: str) -> dict[str, str]:
-    return {"units": units, "long_name": name}

@@ -10,6 +10,7 @@ import xarray as xr
 
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.rotating_sequence import rotating_sequence
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 
@@ -66,8 +67,8 @@ def along_sequence(dataset: xr.Dataset, index: float, rates: Sequence[float] = R
     columns |= {"axis_ratio_maclaurin": liquid, "disordered_energy": energy / bound - share}
     columns["maclaurin_error"] = columns["axis_ratio"] / liquid - 1
     return xr.Dataset(
-        {name: ("rate", columns[name], {"units": "1", "long_name": text}) for name, text in _TEXTS.items()},
-        {"rate": ("rate", list(rates), {"units": "1", "long_name": "angular velocity over that of mass shedding"})},
+        variables("rate", {name: (columns[name], "1", text) for name, text in _TEXTS.items()}),
+        variables("rate", {"rate": (list(rates), "1", "angular velocity over that of mass shedding")}),
         {"title": f"a polytrope of index {index:g}, spun up slowly"},
     )
 

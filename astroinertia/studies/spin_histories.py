@@ -12,6 +12,7 @@ import xarray as xr
 
 from astroinertia.bodies.neutron_star_fits import kepler_period, roche_shedding_period
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
+from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation import pulsars
@@ -154,14 +155,8 @@ def cloud_to_disc(
 
 
 def _along(name: str, values: np.ndarray, unit: str, text: str, columns: dict, title: str) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            column: (name, np.broadcast_to(numbers, values.shape), {"units": its, "long_name": words})
-            for column, (numbers, its, words) in columns.items()
-        },
-        {name: (name, values, {"units": unit, "long_name": text})},
-        {"title": title},
-    )
+    along = {column: (np.broadcast_to(numbers, values.shape), *said) for column, (numbers, *said) in columns.items()}
+    return xr.Dataset(variables(name, along), variables(name, {name: (values, unit, text)}), {"title": title})
 
 
 def in_si(value: Quantity, dimension: str) -> float:

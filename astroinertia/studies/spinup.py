@@ -24,6 +24,7 @@ from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.variables import of_rows, variables
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
@@ -147,12 +148,10 @@ def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
         "barrier_radius": (collapsed.centrifugal_radius[:, -1], "m", "radius at which it would turn like an orbit"),
     }
     return xr.Dataset(
-        {name: (("case", "step"), values, {"units": unit, "long_name": text})
-         for name, (values, unit, text) in wide.items()}
-        | {name: ("case", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in narrow.items()},
+        variables(("case", "step"), wide) | variables("case", narrow),
         {"case": [row.name for row in rows]},
         {"title": "period against radius at constant angular momentum"},
-    )  # fmt: skip
+    )
 
 
 @with_quantities()
@@ -202,12 +201,8 @@ def core_to_neutron_star(
     for name in equations_of_state:
         born = star_of_baryons(read2009(name), solar)
         add(f"{name}, TOV and Hartle", born.mass_kg, 1e3 * born.radius_km, born.moment_ratio, "haensel_2009")
-    variables = {
-        name: ("remnant", [row[name] for row in rows], {"units": unit, "long_name": text})
-        for name, (unit, text) in _REMNANT.items()
-    }
     return xr.Dataset(
-        variables,
+        of_rows("remnant", rows, _REMNANT),
         {"remnant": [row["name"] for row in rows]},
         {
             "title": "a core that becomes a neutron star",
@@ -354,12 +349,9 @@ def shell_collapse(
         "spectrum_after": (after.spectrum(specific_momenta), "kg", "the same after the collapse"),
     }
     return xr.Dataset(
-        {name: ("shell", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in along.items()}
-        | {name: ("j", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in spectra.items()},
-        {
-            "enclosed_mass": ("shell", before.enclosed_mass, {"units": "kg", "long_name": "mass inside"}),
-            "j": ("j", specific_momenta, {"units": "m2 s-1", "long_name": "specific angular momentum about the axis"}),
-        },
+        variables("shell", along) | variables("j", spectra),
+        variables("shell", {"enclosed_mass": (before.enclosed_mass, "kg", "mass inside")})
+        | variables("j", {"j": (specific_momenta, "m2 s-1", "specific angular momentum about the axis")}),
         {
             "title": "a collapse in which each shell keeps its angular momentum",
             "angular_momentum": after.angular_momentum,

@@ -1,12 +1,11 @@
 """The references of the cross-checks: a cited table, one row for each quantity that the package is held to."""
 
-import csv
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, cast, get_args
 
-from astroinertia.storage.data_tables import data_path
+from astroinertia.storage.data_tables import data_rows
 
 Measure = Literal["relative", "absolute", "below"]
 BESIDE = "beside"  # in the column `reference`: the other side is computed, too, by the program that `source` names
@@ -34,10 +33,8 @@ class Reference:
 @lru_cache(maxsize=1)
 def references() -> dict[str, tuple[Reference, ...]]:
     """All references by section, in the order of data/verify.csv. Checked by tests/unit/verify/test_comparison.py."""
-    with data_path("verify.csv").open(encoding="utf-8", newline="") as stream:
-        lines = [line for line in stream if not line.startswith("#")]
     sections: dict[str, list[Reference]] = {}
-    for row in csv.DictReader(lines):
+    for row in data_rows("verify.csv"):
         sections.setdefault(row["section"], []).append(_reference(row))
     return {section: tuple(rows) for section, rows in sections.items()}
 
