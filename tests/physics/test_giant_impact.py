@@ -3,12 +3,20 @@
 import math
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
 from astroinertia import dataset as datasets
+from astroinertia.bodies.hydrostatic import planet_from_masses
+from astroinertia.build import assemble
+from astroinertia.build.materials import materials
+from astroinertia.build.planets import planet
+from astroinertia.matter.interior import isentrope
+from astroinertia.models.sph.record import snapshot_record
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
+from astroinertia.scene.scales import code_units
 from astroinertia.studies.impact_remnant import remnant
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -22,7 +30,7 @@ LUNAR = 7.346e22  # kg
 
 
 def after(count, end, folder, *settings):
-    """The series and what is left after a time, of so many particles."""
+    """The series, what is left after a time, and the last snapshot, of so many particles."""
     settings = [
         f"bodies.0.particles={round((1 - SHARE) * count)}", f"bodies.1.particles={round(SHARE * count)}", *settings
     ]  # fmt: skip
@@ -32,7 +40,59 @@ def after(count, end, folder, *settings):
     last = snapshots.isel(snapshot_time=-1).load()
     mass, position, velocity, density = (last[name].values for name in ("mass", "position", "velocity", "density"))
     left = remnant(mass, position, velocity, density, CONDENSED, GRAVITATIONAL_CONSTANT)
-    return datasets.open(file).load(), left, mass, last["material"].values
+    return datasets.open(file).load(), left, last
+
+
+def at_rest_with_its_heat(last, body):
+    """The layered planet at rest of the iron and the rock of a body, in 3 and 12 shells of the heat that each has.
+
+    Where matter is so hot that it is a gas without pressure, in the outermost shells, it is the hottest that is none.
+    """
+    scene = load.load_file(SCENE)
+    matter = materials(scene.equation_of_state, scene.origin, code_units(scene))
+    mass, position, entropy, material = (last[name].values for name in ("mass", "position", "entropy", "material"))
+    mass = mass / mass.sum()
+    distance = np.linalg.norm(position - np.average(position[body], weights=mass[body], axis=0), axis=1)
+    layers, masses = [], []
+    for number, shells in ((0, 3), (1, 12)):
+        outwards = np.flatnonzero(body & (material == number))
+        outwards = outwards[np.argsort(distance[outwards])]
+        for shell in np.array_split(outwards, shells):
+            layers.append(warmest(matter, number, float(np.mean(entropy[shell]))))
+            masses.append(mass[shell].sum())
+    with jax.enable_x64(True):
+        return planet_from_masses(np.array(masses) * scene_mass(scene), layers)
+
+
+def scene_mass(scene):
+    """Of all bodies, in code units."""
+    return sum(float(code_units(scene).to_code(body.mass, "mass")) for body in scene.bodies)
+
+
+def warmest(matter, number, label):
+    """The isentrope of that label, or the warmest below it on which the matter has a surface."""
+    for _ in range(20):
+        try:
+            return isentrope(matter, number, label)
+        except ValueError:
+            label *= 0.9
+    raise AssertionError("no isentrope has a surface")
+
+
+def of_body(last, left, planet):
+    """How far I, the radius of equal volume and I/(M R^2) of the body are from those of a planet at rest."""
+    units, body = code_units(load.load_file(SCENE)), left.body
+    mass, position, density = (last[name].values[body] for name in ("mass", "position", "density"))
+    place = position - np.average(position, weights=mass, axis=0)
+    moment = 2 / 3 * mass @ (place**2).sum(axis=1)
+    radius = (3 * (mass / density).sum() / (4 * math.pi)) ** (1 / 3)
+    exact = units.to_si(float(planet.mean_radius), "length")
+    ratio = float(planet.moment_ratio)
+    return {
+        "moment": moment / (ratio * mass.sum() * exact**2) - 1,
+        "radius": radius / exact - 1,
+        "ratio": left.moment_ratio / ratio - 1,
+    }
 
 
 def ledger_closes(series, momentum, energy):
@@ -48,7 +108,8 @@ def test_an_impact_spins_a_planet_up_and_its_ledger_closes(tmp_path):
 
     The planet is by then most of the mass and turns with the orbit; what turns in all is what there was.
     """
-    series, left, mass, _ = after(500, "3 h", tmp_path / "run")
+    series, left, last = after(500, "3 h", tmp_path / "run")
+    mass = last.mass.values
     ledger_closes(series, 1e-13, 1e-3)
     assert (left.planet.astype(int) + left.disc + left.escaped == 1).all()
     assert mass[left.planet].sum() > 0.85 * mass.sum()
@@ -66,7 +127,8 @@ def test_what_an_impact_leaves_settles_with_particles(tmp_path, result):
     """
     periods, ratios, discs, flattenings = [], [], [], []
     for count in (1000, 2000):
-        series, left, mass, material = after(count, "24 h", tmp_path / str(count))
+        series, left, last = after(count, "24 h", tmp_path / str(count))
+        mass, material = last.mass.values, last.material.values
         ledger_closes(series, 1e-13, 1e-3)
         periods.append(2 * math.pi / float(np.linalg.norm(left.angular_velocity)) / 3600)
         ratios.append(left.moment_ratio)
@@ -88,16 +150,61 @@ def test_three_placements_leave_one_planet_and_discs_that_differ(tmp_path, resul
     Among three spin periods differ by 3 to 9 %, moment ratios by 0.3 to 0.5 %. The mean of three discs is held to three
     of its standard errors by the largest scatter.
     """
-    periods, ratios, discs = [], [], []
+    periods, ratios, discs, errors = [], [], [], []
     for seed in (1, 2, 3):
         seeds = (f"bodies.0.seed={seed}", f"bodies.1.seed={seed + 100}")
-        series, left, mass, material = after(1000, "24 h", tmp_path / str(seed), *seeds, *settings)
+        series, left, last = after(1000, "24 h", tmp_path / str(seed), *seeds, *settings)
+        mass, material = last.mass.values, last.material.values
         ledger_closes(series, 1e-13, 1e-3)
         periods.append(2 * math.pi / float(np.linalg.norm(left.angular_velocity)) / 3600)
         ratios.append(left.moment_ratio)
         discs.append(float(mass[left.disc].sum() / LUNAR))
         assert (material[left.disc] == 1).mean() > 0.9
-    result(period_hours=periods, moment_ratio=ratios, disc_lunar_masses=discs)
+        errors.append(of_body(last, left, at_rest_with_its_heat(last, left.body)))
+    means = {name: float(np.mean([each[name] for each in errors])) for name in errors[0]}
+    result(period_hours=periods, moment_ratio=ratios, disc_lunar_masses=discs, against_own_planet=list(means.values()))
+    # Of one placement 0.010 and 0.061, of 3000 particles 0.020 and 0.049; that it turns makes some 0.003 of it. Factors
+    # of the full surface stay with particles that the impact has moved.
+    assert (abs(means["ratio"]) < 0.03) == (not settings)
     assert np.ptp(periods) < 0.2 * np.mean(periods)
     assert np.ptp(ratios) < 0.01 * np.mean(ratios)
     assert np.mean(discs) == pytest.approx(1.75, abs=1.3)
+
+
+def alone(count, *settings):
+    """The scene's planet by itself, of so many particles."""
+    lines = SCENE.read_text().split("[orbit]")
+    bodies, rest = lines[0].split("[[bodies]]"), lines[1].split("[equation_of_state]", 1)[1]
+    body = bodies[1].replace("[[bodies.layers]]", "[[body.layers]]")
+    return load.loads(
+        bodies[0] + "[body]" + body + "[equation_of_state]" + rest, [f"body.particles={count}", *settings]
+    )
+
+
+@pytest.mark.full(inputs=["sims/giant_impact.toml"])
+@pytest.mark.parametrize("count", [1000, 3000, 10000])
+def test_the_planet_at_rest_has_its_moment_with_and_without_corrections(count, result):
+    """Against the solver. Whole surfaces are nearer in I, none in I/(M R^2) with the radius of equal volume: both radii
+    come out too small, by 1.2 % at 1000, which makes up for what I lacks.
+    """
+    found = {}
+    for name, settings in (("smoothed", ()), ("corrected", (CORRECTED[0], "body.surface=full"))):
+        scene = alone(count, *settings)
+        with jax.enable_x64(True):
+            prepared = assemble.prepare(scene)
+            exact, record = planet(scene, prepared.units), snapshot_record(prepared.evolution.state)
+        mass, position, velocity, density = (record[key] for key in ("mass", "position", "velocity", "density"))
+        left = remnant(mass, position, velocity, density, float(prepared.units.to_code(CONDENSED, "density")))
+        assert left.body.all()
+        place = position - mass @ position / mass.sum()
+        moment = 2 / 3 * mass @ (place**2).sum(axis=1) / float(exact.solution.mean_moment) - 1
+        found[name] = moment, left.moment_ratio / float(exact.solution.moment_ratio) - 1
+    result(
+        **{
+            f"{name}_{what}": value
+            for name in found
+            for what, value in zip(("moment", "ratio"), found[name], strict=True)
+        }
+    )
+    assert abs(found["corrected"][0]) < 0.01 and abs(found["corrected"][0]) < abs(found["smoothed"][0]) < 0.04
+    assert abs(found["smoothed"][1]) < 0.012 and abs(found["smoothed"][1]) < abs(found["corrected"][1]) < 0.016
