@@ -28,6 +28,8 @@ _VIRIAL_ERROR = 1e-3  # the largest that is accepted, where matter has kinks or 
 _FLATTEST = 0.05  # axis ratio to which sequences are followed
 _CLOSEST = 1e-9  # of the axis ratio, to which mass shedding is found
 _BY_TRIAL = 1e-5  # the same for other ends
+ROUGHLY = 1e-3  # how closely those are sought where a value lies far beyond
+_BEYOND = 1.1  # of what a property gains from rest to the end so found: values up to here are sought by the end itself
 _PROPERTIES = {
     "spin": "angular_velocity", "period": "angular_velocity", "breakup_fraction": "keplerian_fraction",
     "t_over_w": "rotational_to_gravitational", "angular_momentum": "angular_momentum",
@@ -257,26 +259,38 @@ def rotating_star(
     return RotatingStar(field, mass, radius, gravitational_constant)
 
 
-@lru_cache(maxsize=64)  # stars of one sequence are sought by way of the same ones
 def _field(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field:
+    field = _sought(matter, axis_ratio, law, resolution)
+    if isinstance(field, str):
+        raise NumericalError(field)
+    return field
+
+
+@lru_cache(maxsize=64)  # stars of one sequence are sought by way of the same ones, and what is none takes longest
+def _sought(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resolution | None) -> Field | str:
+    """The field, or why there is none."""
     choices = RESOLUTIONS if resolution is None else (resolution,)
-    field = solve_field(matter, axis_ratio, law, choices[0])
-    fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
-    if fine or field.equatorial_gravity >= 0:  # finer harmonics do not bind what sheds mass
-        return field
-    return solve_field(matter, axis_ratio, law, choices[-1])
+    try:
+        field = solve_field(matter, axis_ratio, law, choices[0])
+        fine = field.resolved and RotatingStar(field).virial_error < _VIRIAL_ERROR / 10
+        if fine or field.equatorial_gravity >= 0:  # finer harmonics do not bind what sheds mass
+            return field
+        return solve_field(matter, axis_ratio, law, choices[-1])
+    except NumericalError as error:
+        return str(error)
 
 
 def end_of_sequence(
-    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, **units: float
+    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, within: float = _BY_TRIAL, **units: float
 ) -> RotatingStar:
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
-    `units` are mass, equatorial_radius and gravitational_constant. Sequences that become flatter than an axis ratio of
-    1/20, or than 96 harmonics can resolve (a liquid at 0.22), are followed to there.
+    within: of the axis ratio, how closely an end is sought that only trial finds; mass shedding is always found to
+    1e-9. `units` are mass, equatorial_radius and gravitational_constant. Sequences that become flatter than an axis
+    ratio of 1/20, or than 96 harmonics can resolve (a liquid at 0.22), are followed to there.
     Test: tests/hard/test_scf_hard.py.
     """
-    return _march(lambda star: -1.0, matter, law, resolution, units)[0]
+    return _march(lambda star: -1.0, matter, law, resolution, within, units)[0]
 
 
 @with_quantities()
@@ -312,7 +326,9 @@ def rotating_star_with(
     if not math.isfinite(wanted) or excess(at_rest) > 1e-12 * max(abs(wanted), 1e-300):
         limit = "positive" if quantity == "period" else f"finite and at least {getattr(at_rest, name):g}"
         raise ValueError(f"{quantity} must be {limit}, not {value!r}")
-    star, bracket, end = _march(excess, matter, law, resolution, units)
+    star, bracket, end = _march(excess, matter, law, resolution, ROUGHLY, units)
+    if bracket is None and -excess(at_rest) < _BEYOND * (excess(star) - excess(at_rest)):
+        star, bracket, end = _march(excess, matter, law, resolution, _BY_TRIAL, units)
     if bracket is None:
         most = f"down to axis ratio {star.field.axis_ratio:.5g} it reaches {shown(getattr(star, name)):.6g}"
         message = f"no {matter.name} with {law.kind} rotation was found with a {quantity} of {value:g}: {most}"
@@ -331,7 +347,7 @@ def _period(spin: float) -> float:
 
 
 def _march(
-    excess: Callable[[RotatingStar], float], matter: ScaledLaw, law: Law, resolution: Resolution | None,
+    excess: Callable[[RotatingStar], float], matter: ScaledLaw, law: Law, resolution: Resolution | None, within: float,
     units: dict[str, float],
 ) -> tuple[RotatingStar, tuple[float, float] | None, str]:  # fmt: skip
     """Follow a sequence until `excess` is positive or it ends: the last star, axis ratios about the root, and why."""
@@ -346,7 +362,7 @@ def _march(
         try:
             flatter = member(below)
         except NumericalError as error:
-            star = member(_end(member, matter, law, resolution, above, below))
+            star = member(_end(member, matter, law, resolution, within, above, below))
             return star, (star.field.axis_ratio, above) if excess(star) >= 0 else None, str(error)
         star = flatter
         if excess(star) >= 0:
@@ -354,20 +370,22 @@ def _march(
     return star, None, ""
 
 
-def _end(member, matter, law, resolution, good: float, bad: float) -> float:
+def _end(member, matter, law, resolution, within: float, good: float, bad: float) -> float:
     """The smallest axis ratio between a good and a bad one that is a body: by its gravity, else by trial."""
 
     def gravity(ratio: float) -> float:
         return _field(matter, ratio, law, resolution).equatorial_gravity
 
-    try:
-        if gravity(good) < 0 < gravity(bad):
-            root = float(root_scalar(gravity, bracket=(bad, good), method="brentq", xtol=_CLOSEST / 10).root)
-            member(root + _CLOSEST)
-            return root + _CLOSEST
-    except NumericalError:
-        pass  # torn before it sheds mass, or not converging beyond
-    while good - bad > _BY_TRIAL:
+    sheds = True
+    while good - bad > within:
+        try:
+            if sheds and gravity(good) < 0 < gravity(bad):
+                sheds = False  # unless this is how it ends
+                root = float(root_scalar(gravity, bracket=(bad, good), method="brentq", xtol=_CLOSEST / 10).root)
+                member(root + _CLOSEST)
+                return root + _CLOSEST
+        except NumericalError:
+            pass  # torn before it sheds mass, or not converging beyond
         middle = 0.5 * (good + bad)
         try:
             member(middle)

@@ -30,6 +30,7 @@ from astroinertia.matter.barotropes import ScaledLaw
 
 _TOLERANCE = 1e-11  # largest change in one iteration of the angular moments, over the largest of them, and of a law
 _MOST_ITERATIONS = 120  # bodies take 10 to 50; what takes longer has turned out to be none
+_STALLED = 40  # iterations that did not halve the smallest change: bodies that converge have had up to 31 of them
 _HISTORY = 5  # earlier iterations that Anderson's acceleration mixes in
 _TORN = 1e-7  # of the largest enthalpy: below minus this inside, or above it outside, a surface is not closed
 _TRUNCATION = 1e-3  # of the largest enthalpy, that the last harmonics may still add
@@ -133,6 +134,7 @@ def solve_field(
     outer = even_legendre(guessed[0][solver.mesh.split :], resolution.degree)
     moments, mixed = solver.moments(*guessed, outer), Anderson(_HISTORY)
     unit = np.abs(moments[:, 0]).max()
+    least, progress = math.inf, 0
     for iteration in range(1, _MOST_ITERATIONS + 1):
         if follows or iteration == 1:
             solver.turn_as(rotation)
@@ -145,7 +147,9 @@ def solve_field(
         if follows and np.isfinite(after).all():
             before, after = np.append(before, rotation.rates), np.append(after, rotation.followed(field))
         change = float(np.abs(after - before).max())
-        if not math.isfinite(change):
+        if 2 * change < least:
+            least, progress = change, iteration
+        if not math.isfinite(change) or iteration - progress > _STALLED:
             break
         if change < _TOLERANCE:
             return field

@@ -168,10 +168,10 @@ def _unit_star(index: float, kind: str, scale: float | None, quantity: str, valu
 
 @lru_cache(maxsize=8)
 def _last_star(index: float, kind: str, scale: float | None) -> Any:
-    """The flattest, in the same units."""
-    from astroinertia.bodies.rotating_star import end_of_sequence
+    """The flattest, as closely as a sentence says it, in the same units."""
+    from astroinertia.bodies.rotating_star import ROUGHLY, end_of_sequence
 
-    return end_of_sequence(*_matter_and_law(index, kind, scale))
+    return end_of_sequence(*_matter_and_law(index, kind, scale), within=ROUGHLY)
 
 
 def _matter_and_law(index: float, kind: str, scale: float | None) -> tuple[Any, Any]:

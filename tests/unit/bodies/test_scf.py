@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from scipy.special import eval_legendre
 
-from astroinertia.bodies import maclaurin, spectral_polytrope
+from astroinertia.bodies import maclaurin, rotating_star as rotating_stars, spectral_polytrope
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.bodies.rotating_star import RotatingStar, rotating_star, rotating_star_with
+from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.bodies.scf import Resolution, solve_field
 from astroinertia.bodies.scf_mesh import build_mesh, even_legendre
-from astroinertia.errors import NumericalError
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.barotropes import PolytropicLaw, matter_of, polytropic_matter
+from astroinertia.scene.body_kinds.rotating_star import RotatingStarBody
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "rapid_rotation.json").read_text())
 LAWS = (RotationLaw(), RotationLaw("j_constant", 0.4), RotationLaw("v_constant", 0.4))
@@ -205,6 +206,34 @@ def test_a_star_with_more_than_its_sequence_has_is_refused():
     with pytest.raises(ValueError, match="at least 0"):
         rotating_star_with("angular_velocity", -1.0, polytropic_matter(1.5))
     assert rotating_star_with("angular_velocity", 0.0, polytropic_matter(1.5)).field.axis_ratio == 1.0
+
+
+def test_a_stiff_star_far_beyond_its_sequence_is_refused_without_following_that_to_the_last_digit(monkeypatch):
+    """Near its end each try takes a second: for a scene 49 of them, were the limit not that just found."""
+    tries = []
+
+    def counted(*arguments):
+        tries.append(arguments[1])
+        return solve_field(*arguments)
+
+    monkeypatch.setattr(rotating_stars, "solve_field", counted)
+    star = {"kind": "rotating_star", "mass": "1 Msun", "radius": "1 Rsun", "index": 0.02}
+    with pytest.raises(SceneError, match=r"t_over_w of 0\.45: .*; the most t_over_w is 0\.338, at axis ratio 0\.204"):
+        RotatingStarBody(**star, t_over_w=0.45).equilibrium(6.674e-11)
+    assert len(tries) <= 23
+    tries.clear()
+    with pytest.raises(NumericalError, match="did not converge"):
+        rotating_star(polytropic_matter(0.02), 0.2)
+    assert len(tries) <= 1  # that there is none is known, too, where the sequence came by
+
+
+@pytest.mark.slow
+def test_a_value_in_the_last_thousandth_of_a_sequence_is_found():
+    last, roughly = (end_of_sequence(polytropic_matter(0.02), within=within) for within in (1e-5, 1e-3))
+    assert last.field.axis_ratio < roughly.field.axis_ratio - 1e-4
+    between = 0.5 * (last.rotational_to_gravitational + roughly.rotational_to_gravitational)
+    star = rotating_star_with("t_over_w", between, polytropic_matter(0.02))
+    assert last.field.axis_ratio < star.field.axis_ratio < roughly.field.axis_ratio
 
 
 def test_a_law_of_matter_gives_the_same_star_in_its_own_units():
