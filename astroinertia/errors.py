@@ -13,6 +13,12 @@ class SceneError(AstroinertiaError):
     """A scene, or an argument that stands for part of one, is wrong: what, where, and what would be right."""
 
 
+class UnlistedError(SceneError, KeyError):
+    """A table of the package does not have what is named; a KeyError, too."""
+
+    __str__ = Exception.__str__  # that of a KeyError puts its sentence in quotation marks
+
+
 class AbsentError(AstroinertiaError, AttributeError):
     """What is wanted of a body is not there, by its model or by what acts on it; why, in one clear sentence."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.ellipsoid_gravity import index_symbols
+from astroinertia.bodies.riemann import TURN, rotation_about_z
 from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 
@@ -25,7 +26,6 @@ Acceleration = Callable[[Array, Array], Array]
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-15  # error allowed in a step; the absolute one over the size of what is integrated
 INTEGRATED = 1e-12  # what is left of them at the end of a motion of some dynamical times
 _STEADY = 1e-9  # of the forces: what may be left of them in a figure that counts as one of equilibrium
-_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 def gravity(mass: float) -> Acceleration:
@@ -105,8 +105,8 @@ def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple
         # G_xy = -Omega - Lambda a/b and G_yx = Omega + Lambda b/a
         inner = (gradient[0, 1] + gradient[1, 0]) / (b / a - a / b)
         spin = gradient[1, 0] - inner * b / a
-    turned = spin**2 * _TURN @ _TURN @ start + 2.0 * spin * inner * _TURN @ start @ _TURN
-    turned = turned + inner**2 * start @ _TURN @ _TURN
+    turned = spin**2 * TURN @ TURN @ start + 2.0 * spin * inner * TURN @ start @ TURN
+    turned = turned + inner**2 * start @ TURN @ TURN
     forces = acceleration(start, rate)
     scale = max(np.abs(turned).max(), np.abs(gravity(1.0)(start, rate)).max())
     left = float(np.abs(forces - turned).max() / scale)
@@ -115,8 +115,8 @@ def steady_rates(start: Array, rate: Array, acceleration: Acceleration) -> tuple
 
 def steady_motion(start: Array, spin: float, inner: float, time: float) -> tuple[Array, Array]:
     """F and dF/dt (3, 3) of a figure in equilibrium at a time."""
-    at = _rotation(spin * time) @ start @ _rotation(inner * time)
-    return at, spin * _TURN @ at + inner * at @ _TURN
+    at = rotation_about_z(spin * time) @ start @ rotation_about_z(inner * time)
+    return at, spin * TURN @ at + inner * at @ TURN
 
 
 def observables(at: Array, moving: Array, moment: float) -> dict[str, np.ndarray]:
@@ -137,8 +137,3 @@ def central_enthalpy(entropy: float, mass: float, volume: float, gamma: float) -
     n = 1.0 / (gamma - 1.0)
     density = math.exp(math.lgamma(n + 2.5) - math.lgamma(n + 1.0)) / math.pi**1.5 * mass / volume
     return entropy * gamma / (gamma - 1.0) * density ** (gamma - 1.0)
-
-
-def _rotation(angle: float) -> np.ndarray:
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

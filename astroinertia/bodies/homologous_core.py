@@ -23,6 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import hermite
+from astroinertia.bodies.roots import bisected
 
 GAMMA = 4.0 / 3.0
 _SERIES_END = 0.04  # x up to which four terms of the series at the centre are exact to round-off
@@ -328,10 +329,7 @@ class HomologousCore:
         profile = self.profile
         fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
         cell = np.clip(np.searchsorted(profile.mass, fraction * profile.surface_mass), 1, len(profile.x) - 1)
-        low, high = profile.x[cell - 1], profile.x[cell]
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            below = profile.mass_at(middle) < fraction * profile.surface_mass
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        inside = np.where(fraction <= 0.0, 0.0, 0.5 * (low + high) * self.scale)
+        wanted = fraction * profile.surface_mass
+        x = bisected(lambda x: profile.mass_at(x) < wanted, profile.x[cell - 1], profile.x[cell], _BISECTIONS)
+        inside = np.where(fraction <= 0.0, 0.0, x * self.scale)
         return np.where(fraction >= 1.0, self.radius, inside)

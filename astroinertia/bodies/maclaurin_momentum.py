@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from astroinertia.bodies.roots import bisected
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.bodies.scf import Field
 
@@ -84,9 +85,4 @@ class MomentumLaw:
 
 def _top(star: RotatingStar, w: np.ndarray) -> np.ndarray:
     """Height of the surface above the equator at distance w from the axis, in equatorial radii."""
-    low, high = np.zeros_like(w), np.sqrt(np.maximum(1 - w**2, 0.0))
-    for _ in range(45):
-        middle = 0.5 * (low + high)
-        inside = star.level(w, middle) > 0
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return 0.5 * (low + high)
+    return bisected(lambda z: star.level(w, z) > 0, np.zeros_like(w), np.sqrt(np.maximum(1 - w**2, 0.0)), 45)

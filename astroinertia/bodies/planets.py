@@ -13,6 +13,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from astroinertia.bodies import moment_ratios
+from astroinertia.errors import UnlistedError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -67,7 +68,7 @@ class SolarSystemBody:
     def adopted(self, quantity_name: str) -> Published:
         """Return the adopted number of a quantity, such as "core_radius"; KeyError where there is none."""
         if quantity_name not in self.published:
-            raise KeyError(f"the table has no {quantity_name.replace('_', ' ')} of {self.name}")
+            raise UnlistedError(f"the table has no {quantity_name.replace('_', ' ')} of {self.name}")
         return self.published[quantity_name][0]
 
     def has(self, quantity_name: str) -> bool:
@@ -143,7 +144,7 @@ class SolarSystemBody:
         radius = self.mean_radius if radius is None else radius
         rows = [(name, row) for name in _RATIOS for row in self.published.get(name, ())]
         if not rows:
-            raise KeyError(f"the table has no moment ratio of {self.name}")
+            raise UnlistedError(f"the table has no moment ratio of {self.name}")
         rows.sort(key=lambda pair: not pair[1].adopted)
         return tuple(self._normalised(name.partition("_")[0], row, kind, radius) for name, row in rows)
 
@@ -208,7 +209,7 @@ def body(name: str) -> SolarSystemBody:
     for title, body in solar_system().items():
         if title.lower() == name.lower():
             return body
-    raise KeyError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
+    raise UnlistedError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
 
 
 def _published(row: dict[str, str]) -> Published:

@@ -14,6 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from astroinertia.bodies.roots import bisected
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
 
@@ -254,12 +255,10 @@ class Polytrope:
         fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
         cube_root, radius = self._inverse_guess
         cell = np.clip(np.searchsorted(cube_root, np.cbrt(fraction), side="right") - 1, 0, len(cube_root) - 2)
-        low, high = radius[cell], radius[cell + 1]
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            below = self.enclosed_mass(middle * self.radius) < fraction * self.mass
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        inside = np.where(fraction <= 0.0, 0.0, 0.5 * (low + high) * self.radius)
+        share = bisected(
+            lambda r: self.enclosed_mass(r * self.radius) < fraction * self.mass, radius[cell], radius[cell + 1], 60
+        )
+        inside = np.where(fraction <= 0.0, 0.0, share * self.radius)
         return np.where(fraction >= 1.0, self.radius, inside)
 
     def entropy_function(self, mass, gamma: float) -> np.ndarray:

@@ -107,8 +107,8 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
 
         Test: tests/unit/bodies/test_riemann.py.
         """
-        turned = _rotation(self.angular_velocity * time) @ np.diag(self.axes / self.mean_radius)
-        return turned @ _rotation(self.internal_angular_velocity * time)
+        turned = rotation_about_z(self.angular_velocity * time) @ np.diag(self.axes / self.mean_radius)
+        return turned @ rotation_about_z(self.internal_angular_velocity * time)
 
     def deformation_rate(self, time: float = 0.0) -> np.ndarray:
         """dF/dt (3, 3) at a time. Test: tests/unit/bodies/test_riemann.py."""
@@ -117,7 +117,8 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
         return turn + deformation @ (self.internal_angular_velocity * TURN)
 
 
-def _rotation(angle: float) -> np.ndarray:
+def rotation_about_z(angle: float) -> np.ndarray:
+    """The matrix (3, 3) of a rotation by an angle (rad) about z."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 

@@ -1,4 +1,4 @@
-"""The root of a function of one variable between two ends, to round-off."""
+"""Roots of functions of one variable between two ends, to round-off: of one function, or of many at once."""
 
 from collections.abc import Callable
 
@@ -16,3 +16,12 @@ def root_between(function: Callable[[float], float], low: float, high: float) ->
     from scipy.optimize import brentq  # only here: who opens a file need not wait for it
 
     return float(brentq(function, low, high, xtol=_TOLERANCE, rtol=_TOLERANCE))  # pyright: ignore[reportArgumentType]
+
+
+def bisected(below: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, steps: int) -> np.ndarray:
+    """Return where `below`, true at `low` and false at `high`, changes, by halving the interval of each so often."""
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        beneath = below(middle)
+        low, high = np.where(beneath, middle, low), np.where(beneath, high, middle)
+    return 0.5 * (low + high)

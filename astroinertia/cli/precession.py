@@ -106,10 +106,7 @@ def _numbers(options: Options) -> tuple[str, dict[str, Any]]:
 def _of_the_tables(text: str) -> tuple[str, dict[str, Any]]:
     from astroinertia.bodies.planets import body
 
-    try:
-        one = body(text)
-    except KeyError as error:
-        raise SceneError(str(error.args[0])) from None
+    one = body(text)
     if one.has("c22"):
         raise SceneError(f"{one.name} turns in step with its orbit, and its axis goes with the node of that: it has no "
                          "precession of its own (rotation.cassini in Python)")  # fmt: skip

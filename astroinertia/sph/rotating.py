@@ -10,6 +10,7 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 from scipy.interpolate import RectBivariateSpline
 
+from astroinertia.bodies.roots import bisected
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.sph.placement import isotropised
 
@@ -54,9 +55,7 @@ def _tables(star: RotatingStar) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _surface(star: RotatingStar, mu: np.ndarray) -> np.ndarray:
-    low, high = np.full_like(mu, star.polar_radius), np.full_like(mu, star.equatorial_radius)
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        inside = star.level(middle * np.sqrt(1 - mu**2), middle * mu) > 0
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return 0.5 * (low + high)
+    def inside(r: np.ndarray) -> np.ndarray:
+        return star.level(r * np.sqrt(1 - mu**2), r * mu) > 0
+
+    return bisected(inside, np.full_like(mu, star.polar_radius), np.full_like(mu, star.equatorial_radius), 50)

@@ -147,14 +147,10 @@ def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) 
     use: "moment_ratio" (the adopted one), "love_number" (the fluid k2 that J2 or C22 stands for in equilibrium), or
     both. settings: as for `infer_interior`. SceneError for a body without these, or for which nothing is assumed.
     """
-    try:
-        one = body(name)
-        assumed = _assumptions(one)
-        observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}
-        for quantity in use:
-            observed[quantity] = _observation(one, quantity)
-    except KeyError as error:
-        raise SceneError(str(error.args[0])) from None
+    one = body(name)
+    assumed = _assumptions(one)
+    observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}
+    observed |= {quantity: _observation(one, quantity) for quantity in use}
     posterior = infer_interior(observed, assumed, one.small_m * synchronous_share(one), **settings)
     posterior["core_radius"] = posterior["core_radius_ratio"] * one.mean_radius
     posterior["core_radius"].attrs = {"units": "m", "long_name": "radius of the core"}
@@ -166,14 +162,14 @@ def _observation(one, name: str) -> Gaussian:
     if name == "moment_ratio":
         ratio = one.moment_ratio()
         if not math.isfinite(ratio.uncertainty):
-            raise KeyError(f"the moment ratio of {one.name} has no published uncertainty")
+            raise SceneError(f"the moment ratio of {one.name} has no published uncertainty")
         return Gaussian(ratio.value, ratio.uncertainty)
     if name != "love_number":
         raise SceneError(f'"{name}" is not to be inferred from; "moment_ratio" and "love_number" are')
     love = fluid_love_number(one)
     row = one.adopted("c22" if one.has("c22") else "j2")
     if not (math.isfinite(love) and math.isfinite(row.uncertainty)):
-        raise KeyError(f"{one.name} has no figure of a fluid with a published uncertainty")
+        raise SceneError(f"{one.name} has no figure of a fluid with a published uncertainty")
     return Gaussian(love, love * row.uncertainty / abs(row.value))
 
 
@@ -183,7 +179,7 @@ def _assumptions(one) -> dict[str, Gaussian | Uniform]:
         if one.has(name) and one.adopted(name).status == "assumed":
             assumed[name] = Gaussian(one.adopted(name).value, one.adopted(name).uncertainty)
     if not assumed:
-        raise KeyError(f"the table assumes nothing for the layers of {one.name}")
+        raise SceneError(f"the table assumes nothing for the layers of {one.name}")
     if one.has("crust_density"):
         thickness, density = one.adopted("crust_thickness"), one.adopted("crust_density")
         assumed["crust_share"] = Gaussian(thickness.value / one.mean_radius, thickness.uncertainty / one.mean_radius)

@@ -96,7 +96,7 @@ def two_layer_sweep(
             fixed[key] = value
     parameters = [key for key in inputs if key not in ("mass", "radius")]
     if len(parameters) == 1 and parameters != ["moment_ratio"]:
-        fixed["moment_ratio"] = _ratio(one).value
+        fixed["moment_ratio"] = one.moment_ratio().value
         parameters.append("moment_ratio")
     if len(parameters) != 2:
         raise SceneError(
@@ -230,7 +230,9 @@ def moment_ratio(names: Iterable[str | SolarSystemBody] | None = None) -> xr.Dat
     >>> print(moment_ratio(["Earth", "Mars"]).moment_ratio.values.round(4))  # that of Mars is the larger one
     [0.3307 0.3643]
     """
-    bodies = [_body(name) for name in (solar_system() if names is None else names)]
+    bodies = [
+        one if isinstance(one, SolarSystemBody) else body(one) for one in (solar_system() if names is None else names)
+    ]
     return xr.Dataset(
         of_rows("body", map(_column, bodies), _VARIABLES),
         {"body": [one.name for one in bodies]},
@@ -327,16 +329,4 @@ def _column(one: SolarSystemBody) -> dict:
 
 
 def _body(name: str | SolarSystemBody) -> SolarSystemBody:
-    if isinstance(name, SolarSystemBody):
-        return name
-    try:
-        return body(name)
-    except KeyError as error:
-        raise SceneError(str(error.args[0])) from None
-
-
-def _ratio(one: SolarSystemBody):
-    try:
-        return one.moment_ratio()
-    except KeyError as error:
-        raise SceneError(str(error.args[0])) from None
+    return name if isinstance(name, SolarSystemBody) else body(name)
