@@ -215,7 +215,7 @@ class Deleptonisation(Effect):
         """
         none = xp.zeros_like(fluid.density)
         (fraction,) = elementwise(xp, least, fluid.density, self.electron_fraction, *self.law(xp))
-        further = self.further(xp, fluid.density, fraction)
+        further = self.further(xp, fluid.density, fraction, self.trapped(xp))
         return {
             "electron_fraction": fraction, "neutrino_energy": none, "capture_heat": none, "capture_rate": none,
             "capture_density": fluid.density, **further,
@@ -226,7 +226,7 @@ class Deleptonisation(Effect):
         if "electron_fraction" not in arrays:
             return {}
         fraction = arrays["electron_fraction"]
-        return {"electron_fraction": fraction, **self.further(xp, arrays["density"], fraction)}
+        return {"electron_fraction": fraction, **self.further(xp, arrays["density"], fraction, self.trapped(xp))}
 
     def remember(self, xp, fluid, interval):
         """The same, `interval` later."""
@@ -234,28 +234,30 @@ class Deleptonisation(Effect):
         before, dense_before = memory["electron_fraction"], memory["capture_density"]
         (after,) = elementwise(xp, least, density, before, *self.law(xp))
         # In the mean of both densities, which with the pressure at both ends of a step leaves no error of first order.
-        ends = [[self.worth(xp, at, fraction) for fraction in (before, after)] for at in (dense_before, density)]
-        freed = 0.5 * sum(begun[0] - left[0] for begun, left in ends)
+        first, first_left = (self.worth(xp, dense_before, fraction) for fraction in (before, after))
+        last, here = (self.worth(xp, density, fraction) for fraction in (before, after))
+        freed = 0.5 * (first[0] - first_left[0] + last[0] - here[0])
+        trapped = self.trapped(xp)
         names = ("neutrino_energy", "capture_heat", "capture_rate")
         evolved = elementwise(
-            xp, captured, density, dense_before, before - after, freed, ends[0][0][2], ends[1][1][2],
-            *(memory[name] for name in names), interval + xp.zeros_like(density), self.escape, *self.trapped(xp),
+            xp, captured, density, dense_before, before - after, freed, first[2], here[2],
+            *(memory[name] for name in names), interval + xp.zeros_like(density), self.escape, *trapped,
         )  # fmt: skip
         return {
             "electron_fraction": after, **dict(zip(names, evolved, strict=True)), "capture_density": density,
-            **self.further(xp, density, after),
+            **self.further(xp, density, after, trapped, here),
         }  # fmt: skip
 
     def further_pressure(self, xp, density):
         """That of matter which has been no denser before."""
         (fraction,) = elementwise(xp, least, density, self.electron_fraction, *self.law(xp))
-        return self.further(xp, density, fraction)["further_pressure"]
+        return self.further(xp, density, fraction, self.trapped(xp))["further_pressure"]
 
-    def further(self, xp, density, fraction):
-        """What pressure and specific energy have more than with the initial electrons, each (N,)."""
-        energy, pressure, potential = self.worth(xp, density, fraction)
+    def further(self, xp, density, fraction, trapped, here=None):
+        """What pressure and specific energy have more than with the initial electrons, each (N,); here: their worth."""
+        energy, pressure, potential = self.worth(xp, density, fraction) if here is None else here
         full_energy, full_pressure, _ = self.worth(xp, density, self.electron_fraction)
-        (push,) = elementwise(xp, of_neutrinos, density, potential, *self.trapped(xp))
+        (push,) = elementwise(xp, of_neutrinos, density, potential, *trapped)
         return {"further_pressure": pressure - full_pressure + push, "further_energy": energy - full_energy}
 
     def fields(self, xp, fluid):

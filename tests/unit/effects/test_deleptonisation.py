@@ -126,7 +126,7 @@ def test_pressure_and_chemical_potential_are_slopes_of_the_energy() -> None:
                 jnp.asarray(density), jnp.asarray(fraction)
             )
             initial = jax.grad(lambda r: leptons.energy(jnp, r, 0.4971, *made.electrons))(jnp.asarray(density))
-            here = made.further(np, np.array([density]), np.array([fraction]))["further_pressure"][0]
+            here = made.further(np, np.array([density]), np.array([fraction]), made.trapped(np))["further_pressure"][0]
             assert here == pytest.approx(float(density**2 * (by_density - initial)), rel=1e-12)
             assert leptons.chemical_potential(np, density, fraction, *made.electrons) == pytest.approx(
                 float(by_fraction), rel=1e-12
@@ -204,10 +204,11 @@ def test_a_table_has_its_own_pressure_and_potential(of_table: Any) -> None:
     np.testing.assert_allclose(lost * DENSITY * SPECIFIC, wanted, rtol=1e-5)
     x = exact._momentum(1e3 * density, fraction)
     np.testing.assert_allclose(potential / MEV, 0.51099895 * (np.sqrt(1 + x**2) - 1), rtol=1e-4)
-    found = of_table.further(np, cgs(density), fraction)["further_pressure"]
+    found = of_table.further(np, cgs(density), fraction, of_table.trapped(np))["further_pressure"]
     np.testing.assert_allclose(found[:3], lost[:3], rtol=1e-12)  # below trapping density
     with jax.enable_x64(True):
-        traced = of_table.further(jnp, jnp.asarray(cgs(density)), jnp.asarray(fraction))["further_pressure"]
+        there = jnp.asarray(cgs(density)), jnp.asarray(fraction)
+        traced = of_table.further(jnp, *there, of_table.trapped(jnp))["further_pressure"]
     np.testing.assert_allclose(traced, found, rtol=1e-12)
     free = leptons.fitted(np, cgs(2e12), *of_table.law(np))
     momenta = exact._momentum(1e17, 0.28), exact._momentum(2e15, free)
