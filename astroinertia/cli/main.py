@@ -34,6 +34,7 @@ from astroinertia.cli import (
     reports,
     result as cli_result,
     sensitivity as cli_sensitivity,
+    show,
     stop,
     sweep as cli_sweep,
     tradeoff as cli_tradeoff,
@@ -145,7 +146,8 @@ def _commands() -> dict[str, Command]:
                           f'runs/coarse --set "time.end=4 s". {stop.EXIT_CODES}', (_add_resume, *running)),
         "branch": Command(_branch, "start a run from a state of another one, with other effects or settings",
                           cli_branch.HELP, (cli_branch.add_arguments, stop.add_arguments)),
-        "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse", (_add_show,)),
+        "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse",
+                        (show.add_arguments,)),
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
         "report": Command(_printing("report", reports.report), "tell all of a run in one HTML file: scene, pictures, "
                           "ledger, accuracy", "runs/coarse", (partial(reports.add_arguments, name="report"),)),
@@ -184,11 +186,6 @@ def _add_resume(add: Add) -> None:
     add("run", metavar="RUN", type=Path, help="folder of the run")
     add_settings(add, 'go on with another end, such as "time.end=4 s" or time.max_steps=5000, or with other outputs, '
         'such as "output.series_every=1 ms"; may be repeated')  # fmt: skip
-
-
-def _add_show(add: Add) -> None:
-    cli_result.add_argument(add, "file")
-    add("--output", type=Path, metavar="DIR", help="folder for the pictures (default: beside the file)")
 
 
 def _printing(name: str, action: Callable[[Options], str]) -> Callable[[Options], int]:
@@ -426,10 +423,12 @@ def _show(options: Options) -> int:
     if sweep is not None and options.member is None:
         _say("\n".join(cli_sweep.summary(sweep)))
         return GOOD
-    file, opened = cli_result.of_one_run(options.file, options.member, "show")
-    with cli_result.shown(file), _voice("pictures are drawn"):
-        _say(plots.summary(opened))
-        written = plots.write_all(opened, options.output or cli_result.beside(file))
+    with show.particles_drawn_beside(options) as beside:
+        file, opened = cli_result.of_one_run(options.file, options.member, "show")
+        with cli_result.shown(file), _voice("pictures are drawn"):
+            if not options.only:
+                _say(plots.summary(opened))
+            written = show.written(options, file, opened, beside)
     _say("pictures:")
     for path in written:
         _say(f"  {path}")

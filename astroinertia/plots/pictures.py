@@ -1,6 +1,6 @@
 """All pictures that a dataset has something for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import xarray as xr
@@ -33,6 +33,8 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "error_bars": error_bars_figure,
 }
 """File names and the figures that need the headline series only."""
+OF_PARTICLES = ("density", "projection", "exact")
+"""Those that need the particles."""
 ROUND_OFF = 1e-13  # of the waves that all motion and all forces would send in one direction
 _NEEDED = {
     "waves": "gw_strain_plus",
@@ -43,29 +45,42 @@ _NEEDED = {
 
 
 @with_absent
-def figures(dataset: xr.Dataset, snapshots: xr.Dataset | None = None) -> Iterator[tuple[str, Figure]]:
+def figures(
+    dataset: xr.Dataset, snapshots: xr.Dataset | None = None, only: Collection[str] = (*FIGURES, *OF_PARTICLES)
+) -> Iterator[tuple[str, Figure]]:
     """Every figure that the dataset has something for, by file name.
 
     snapshots: the particles; found beside the series by themselves when the dataset was opened from a file or folder.
+    only: the names of those that are wanted.
 
     >>> print([name for name, _ in figures(ds)])
     ['inertia', 'spin', 'ledger', 'shape', 'energy', 'profiles', 'waves', 'density', 'projection']
+    >>> print([name for name, _ in figures(ds, only=["waves", "spin"])])
+    ['spin', 'waves']
     """
-    yield from ((name, figure(dataset)) for name, figure in FIGURES.items() if _has_something(dataset, name))
+    wanted = [name for name in FIGURES if name in only]
+    yield from ((name, FIGURES[name](dataset)) for name in wanted if _has_something(dataset, name))
+    if not any(name in only for name in OF_PARTICLES):
+        return
     snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
     if snapshots is not None:
         from astroinertia.plots.density import density_figure, projection_figure  # brings numba along
 
-        yield "density", density_figure(dataset, snapshots)
-        yield "projection", projection_figure(dataset, snapshots)
-        figure = standard_figure(dataset, snapshots)
-        if figure is not None:
-            yield "exact", figure
+        drawn = (density_figure, projection_figure, standard_figure)
+        for name, figure in zip(OF_PARTICLES, drawn, strict=True):
+            made = figure(dataset, snapshots) if name in only else None
+            if made is not None:
+                yield name, made
 
 
 @with_absent
-def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None) -> list[Path]:
+def write_all(
+    dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | None = None,
+    only: Collection[str] = (*FIGURES, *OF_PARTICLES),
+) -> list[Path]:  # fmt: skip
     """Write every picture that the dataset has something for as a PNG into a folder, and return the paths.
+
+    only: the names of those that are wanted.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -74,7 +89,7 @@ def write_all(dataset: xr.Dataset, folder: Path | str, snapshots: xr.Dataset | N
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    return [save(figure, folder / f"{name}.png") for name, figure in figures(dataset, snapshots)]
+    return [save(figure, folder / f"{name}.png") for name, figure in figures(dataset, snapshots, only)]
 
 
 def _has_something(dataset: xr.Dataset, name: str) -> bool:

@@ -246,7 +246,7 @@ def test_no_cycles_of_objects_are_looked_for_while_pictures_are_drawn(monkeypatc
 
     looked = []
     monkeypatch.setattr(plots, "summary", lambda opened: "", raising=False)
-    monkeypatch.setattr(plots, "write_all", lambda *arguments: looked.append(gc.isenabled()) or [], raising=False)
+    monkeypatch.setattr(plots, "write_all", lambda *_, **__: looked.append(gc.isenabled()) or [], raising=False)
     assert main(["show", str(ROOT / "tests" / "data" / "format_1.nc"), "--output", str(tmp_path)]) == 0
     assert looked == [False]
     assert gc.isenabled()

@@ -1,0 +1,82 @@
+"""The pictures of `show`: those of particles are drawn by a second process where there is a second core."""
+
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from astroinertia.cli import show
+from astroinertia.cli.main import main
+from astroinertia.plots import pictures
+from astroinertia.process import children
+
+SERIES, PARTICLES = ["inertia", "spin"], ["density", "projection"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    settings = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3"]
+    overrides = [part for setting in settings for part in ("--set", setting)]
+    main(["new", str(folder / "star.toml")])
+    assert main(["run", str(folder / "star.toml"), *overrides, "--output", str(folder / "star")]) == 0
+    return folder / "star"
+
+
+def shown(run, folder, capsys):
+    """The names that are printed, in their order, and the pictures' bytes."""
+    capsys.readouterr()
+    assert main(["show", str(run), "--output", str(folder)]) == 0
+    printed = [line.rsplit("/")[-1].removesuffix(".png") for line in capsys.readouterr().out.splitlines()]
+    return printed[printed.index("pictures:") + 1 :], {path.stem: path.read_bytes() for path in folder.glob("*.png")}
+
+
+@pytest.mark.slow
+def test_two_processes_draw_the_pictures_that_one_draws(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(pictures, "FIGURES", {name: pictures.FIGURES[name] for name in SERIES})
+    monkeypatch.setattr(show, "cores", lambda: 1)
+    names, alone = shown(run, tmp_path / "one", capsys)
+    assert names == SERIES + PARTICLES
+    assert sorted(names) == sorted(alone)
+    monkeypatch.setattr(show, "cores", lambda: 2)
+    drawn_here, draw = [], pictures.figures
+
+    def heard(*arguments):
+        for name, figure in draw(*arguments):
+            drawn_here.append(name)
+            yield name, figure
+
+    monkeypatch.setattr(pictures, "figures", heard)
+    again, both = shown(run, tmp_path / "two", capsys)
+    assert (again, both) == (names, alone)
+    assert drawn_here == SERIES
+
+
+@pytest.mark.slow
+def test_where_the_second_process_fails_the_first_draws_all(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(pictures, "FIGURES", {"spin": pictures.FIGURES["spin"]})
+    monkeypatch.setattr(show, "cores", lambda: 2)
+
+    @contextmanager
+    def killed(command):
+        program = [sys.executable, "-c", "import os; print('  density.png', flush=True); os.kill(os.getpid(), 9)"]
+        with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as child:
+            yield child
+
+    monkeypatch.setattr(children, "started", killed)
+    assert shown(run, tmp_path, capsys)[0] == ["spin", *PARTICLES]
+
+
+@pytest.mark.slow
+def test_one_picture_may_be_asked_for_alone(run, tmp_path, capsys):
+    capsys.readouterr()
+    assert main(["show", str(run), "--output", str(tmp_path), "--only", "spin"]) == 0
+    assert capsys.readouterr().out.splitlines() == ["pictures:", f"  {tmp_path / 'spin.png'}"]
+    assert [path.name for path in tmp_path.iterdir()] == ["spin.png"]
+    assert main(["show", str(run), "--only", "spni"]) == 2
+    assert "no picture 'spni'" in capsys.readouterr().err
+
+
+def test_the_command_knows_the_pictures_of_particles_without_importing_what_draws_them():
+    assert show.OF_PARTICLES == pictures.OF_PARTICLES
