@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.costs import experience
 from astroinertia.costs.machine import REFERENCE_NEIGHBOURS, Machine
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene import gravity_costs
 from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
 
-# Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part: an apportionment,
-# not measured, with which runs of one, two and three of them come out (tests/benchmarks/results/predictions.md).
+# Of the pass over neighbours that gravity's softening, pressure and viscosity share, each one's part, as measured on
+# the cloud of `calibrate`; gravity has none where all pairs are summed.
 FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
@@ -23,16 +24,20 @@ ACCURACY = (
 )
 # Intervals in powers of two of any base step over what their limits ask for, less a margin of 5 %, on average.
 ROUNDED = 1.0 / (0.95 * math.log(2.0))
-EFFECTS_IN_REST = 3  # that the calibration's "rest" is of
-REST_OF_EFFECT = 0.15  # of that rest: each effect's accelerations and its ledger
+EFFECTS_IN_REST = 3.5  # that the calibration's "rest" is of, viscosity counted as BY_GRADIENTS
+REST_OF_EFFECT = 0.14  # of that rest: each effect's accelerations and its ledger
+BY_GRADIENTS, OF_WHOLE_BODY = 1.5, 3.0  # over that, of what gradients are used by, and of what sorts the whole body
 REST_OF_REGION = 0.35  # over that rest: a ledger of its own
-# Over the same, of a periodic box: images are made, chosen and put in order, and each of them is summed over
-# (0.8 to 1.2 of what seven standard problems of 320 to 4000 particles take for them).
-REST_OF_BOX, REST_OF_IMAGE = 0.3, 2.0
+REST_OF_MATTER = 0.2  # over that rest: pressures of several pieces, or from tables
+# Over the same, of a periodic box: images are made, chosen and put in order, and each of them is summed over. Of few
+# particles every one and every image is looked at in each pass, which takes so much of a particle's own part.
+REST_OF_BOX, REST_OF_IMAGE, REST_OF_IMAGE_OF_FEW, LOOKED_AT = 0.5, 2.0, 0.5, 3.5e-4
 IMAGES_REACH = 1.1  # times that of kernels, that images are made for (engines.periodic)
 # Over the fixed part of that rest: all pairs of so many groups of particles, as in models.sph.limits, of whom it is
 # looked at when they may meet (0.8 to 1.2 in seven scenes of sims/, of 500 and of 5000 particles).
-REST_OF_MEETING, GROUPS = 0.8, 256
+REST_OF_MEETING, GROUPS = 0.6, 256
+# Over the same: limits of each particle and what several rungs would cost, where one interval is chosen for all.
+REST_OF_CHOICE = 0.25
 PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of the calibration's cloud
 
 
@@ -101,31 +106,38 @@ def evaluation(scene: Scene, particles: int, machine: Machine, crowding: float =
     crowding: how many times more neighbours they have than a fluid of even density.
     """
     costs, neighbours = machine.seconds, crowding * smoothing(scene)[1]
-    more = particles * (1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * neighbours / REFERENCE_NEIGHBOURS)
+    few = experience.few(scene)
+    beyond = 0.0 if scene.box is None else images(scene, particles)
+    more = 1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * neighbours / REFERENCE_NEIGHBOURS
+    if few:
+        more += LOOKED_AT * beyond
+    by = "few" if few else scene.precision
 
     def passed(name: str) -> Seconds:
-        return costs[f"fixed.{name}"] + more * costs[f"{scene.precision}.{name}"]
+        return costs[f"fixed.{name}"] + more * particles * costs[f"{by}.{name}"]
 
-    near = [kind for kind in scene.effects if _near(scene, kind)]
     parts = {"density": passed("density")}
-    for kind in near:
-        part = FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")
-        asks = scene.entries[kind].gradients
-        if asks is not None and asks(scene.effects[kind]):
-            part = part + passed("gradients")
-        parts[kind] = part
-    if "gravity" in scene.effects:
-        parts["gravity"] = parts["gravity"] + gravity(scene, particles, machine)
-    rest = costs["fixed.rest"] + particles * costs["rest"]
-    common = 1.0 - EFFECTS_IN_REST * REST_OF_EFFECT
-    for kind in scene.effects:
-        parts[kind] = parts.get(kind, Seconds()) + REST_OF_EFFECT * rest
+    rest = costs["fixed.rest"] + particles * costs["few.rest" if few else "rest"]
+    for kind, options in scene.effects.items():
+        entry = scene.entries[kind]
+        uses_gradients = entry.gradients is not None and entry.gradients(options)
+        times = BY_GRADIENTS if uses_gradients else OF_WHOLE_BODY if entry.cost == "body" else 1.0
+        part = times * REST_OF_EFFECT * rest
+        if kind == "gravity" and gravity_method(scene, particles) == "direct":
+            part = part + gravity(scene, particles, machine)
+        elif near(scene, kind):
+            part = part + FORCE_SHARES.get(kind, FURTHER_SHARE) * passed("forces")
+            part = part + gravity(scene, particles, machine) if kind == "gravity" else part
+        parts[kind] = part + passed("gradients") if uses_gradients else part
+    fluid = scene.equation_of_state
+    if "pressure" in parts and fluid is not None and (fluid.pieces or fluid.made_by):
+        parts["pressure"] = parts["pressure"] + REST_OF_MATTER * rest
     if scene.regions:
         parts["regions"] = len(scene.regions) * REST_OF_REGION * rest
     if scene.box is not None:
-        beyond = REST_OF_IMAGE * images(scene, particles)
-        parts["images beyond the box"] = REST_OF_BOX * costs["fixed.rest"] + beyond * costs["rest"]
-    return parts | {"drift, ledger and time step": common * rest}
+        of_images = REST_OF_IMAGE_OF_FEW * costs["few.rest"] if few else REST_OF_IMAGE * costs["rest"]
+        parts["images beyond the box"] = REST_OF_BOX * costs["fixed.rest"] + beyond * of_images
+    return parts | {"drift, ledger and time step": (1.0 - EFFECTS_IN_REST * REST_OF_EFFECT) * rest}
 
 
 def images(scene: Scene, particles: int) -> float:
@@ -139,20 +151,20 @@ def images(scene: Scene, particles: int) -> float:
 
 def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
     """The attraction of all pairs."""
-    costs, precision = machine.seconds, scene.precision
+    costs, by = machine.seconds, "few" if experience.few(scene) else scene.precision
     if gravity_method(scene, particles) == "direct":
-        return costs["fixed.direct"] + float(particles) ** 2 * costs[f"{precision}.direct"]
+        return costs["fixed.direct"] + float(particles) ** 2 * costs[f"{by}.direct"]
     error = scene.effects["gravity"]["force_error"]
-    growth = gravity_costs.COSTS["numba_cpu", precision].growth
+    growth = gravity_costs.COSTS["numba_cpu", scene.precision].growth
     costlier = (gravity_costs.FORCE_ERROR / error) ** growth
-    return costs["fixed.multipole"] + costlier * particles * costs[f"{precision}.multipole"]
+    return costs["fixed.multipole"] + costlier * particles * costs[f"{by}.multipole"]
 
 
 def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:
     """What all steps of a run take, by their parts."""
     plain = evaluation(scene, particles, machine, counts.crowding)
     apart = {}
-    if counts.looked > 0.0 and any(name in plain for name in scene.effects if _near(scene, name)):
+    if counts.looked > 0.0 and any(name in plain for name in scene.effects if near(scene, name)):
         groups = min(1.0, particles / GROUPS)
         apart["matter that may meet"] = (
             counts.steps * counts.looked * groups**2 * REST_OF_MEETING * machine.seconds["fixed.rest"]
@@ -171,13 +183,14 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
         for name, cost in evaluation(scene, particles, _without_fixed(machine), counts.crowding).items()
     }
     begun = steps * (costs["individual.base"] + particles * costs["individual.base.particle"])
+    begun = begun + alike * REST_OF_CHOICE * costs["fixed.rest"]
     ends = within * costs["individual.end"]
     if scene.regions:
         ends = ends + within * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
     return parts | {"beginnings of base steps": begun, "ends of intervals": ends} | apart
 
 
-def _near(scene: Scene, kind: str) -> bool:
+def near(scene: Scene, kind: str) -> bool:
     """Whether an effect acts between neighbours; gravity does by its softening."""
     return kind == "gravity" or scene.entries[kind].cost == "neighbours"
 

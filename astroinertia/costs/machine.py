@@ -20,7 +20,7 @@ from astroinertia.process.stopwatch import Seconds
 from astroinertia.storage.atomic import write_json
 from astroinertia.storage.cache import cache_directory
 
-FORMAT = 2  # raise it when a cost changes its meaning
+FORMAT = 3  # raise it when a cost changes its meaning
 FILE = "machine.json"
 LARGEST_FILE = 1 << 16  # bytes
 MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest cost is as large
@@ -44,7 +44,8 @@ class Machine:
 # As `calibrate` found on two machines of two x86-64 cores with AVX-512, an AMD EPYC and an Intel Xeon that takes 1.4
 # times as long: between them, by their geometric mean (tests/benchmarks/results/predicted_steps.md has runs against
 # them). Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.* of a pair; those of
-# fixed.* are what a pass takes however few particles there are; compile.sph is all that a first run of particles
+# fixed.* are what a pass takes however few particles there are, and those of few.* a particle's of the programs that
+# few have (engines.few), as one thread takes for 100 and 1000 of them; compile.sph is all that a first run of particles
 # compiles.
 REFERENCE_NEIGHBOURS = 74.0
 SHIPPED_MACHINE = "a 2-core x86-64 machine"
@@ -74,12 +75,18 @@ SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "write": (0.0051, 0.0036),
     "write.byte": (2.4e-08, 2.2e-08),
     "compile.sph": (38.0, 38.0),
-    "fixed.density": (0.00018, 0.00017),
-    "fixed.gradients": (0.00021, 0.00023),
-    "fixed.forces": (0.00035, 0.0004),
-    "fixed.multipole": (0.00012, 7.4e-05),
-    "fixed.direct": (0.00054, 0.00051),
-    "fixed.rest": (0.0016, 0.0016),
+    "fixed.density": (0.00012, 0.00012),
+    "fixed.gradients": (0.00008, 0.00008),
+    "fixed.forces": (0.0001, 0.0001),
+    "fixed.multipole": (0.00046, 0.00046),
+    "fixed.direct": (0.0004, 0.0004),
+    "fixed.rest": (0.0021, 0.0021),
+    "few.density": (8.1e-07, 8.1e-07),
+    "few.gradients": (1.09e-06, 1.09e-06),
+    "few.forces": (2.2e-06, 2.2e-06),
+    "few.multipole": (1.37e-06, 1.37e-06),
+    "few.direct": (1.96e-09, 1.96e-09),
+    "few.rest": (1.02e-06, 1.02e-06),
     "mixed.density": (3.2e-07, 5.9e-07),
     "mixed.gradients": (2.5e-07, 4.8e-07),
     "mixed.forces": (3.6e-07, 7.5e-07),

@@ -11,7 +11,6 @@ import statistics
 import sys
 import tempfile
 import time
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +30,8 @@ from astroinertia.scene import load
 from astroinertia.sph import placement, profiles
 from astroinertia.storage.archive import Archive
 
-FEW, MANY = 400, 5000  # particles: what a pass takes however few there are, and what each of them adds
+FEWEST, FEW, MANY = 100, 1000, 5000  # particles: what a pass takes however few there are, and what each of them adds
+BY_THEMSELVES = 400  # particles with steps of their own, beside MANY
 WARM, STEPS = 3, 8  # steps before, and steps that are timed
 EVALUATIONS = 3e4  # of particles, at least, in base steps of individual ones
 GLASS = 2000
@@ -82,12 +82,13 @@ def middle(times: list[Seconds]) -> Seconds:
     return Seconds(statistics.median(cost.wall for cost in times), statistics.fmean(cost.processor for cost in times))
 
 
-def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]:
-    """What FEW and MANY particles take as (fixed, a particle or, with power 2, a pair)."""
+def line(few: Seconds, many: Seconds, counts: tuple[int, int], power: int = 1) -> tuple[Seconds, Seconds]:
+    """What so many particles take as (fixed, a particle or, with power 2, a pair)."""
+    fewest, most = (count**power for count in counts)
 
     def fitted(a: float, b: float) -> tuple[float, float]:
-        slope = max(0.0, (b - a) / (MANY**power - FEW**power))
-        return max(0.0, a - slope * FEW**power), slope
+        slope = max(0.0, (b - a) / (most - fewest))
+        return max(0.0, a - slope * fewest), slope
 
     (fixed, slope), (fixed_cpu, slope_cpu) = fitted(few.wall, many.wall), fitted(few.processor, many.processor)
     return Seconds(fixed, fixed_cpu), Seconds(slope, slope_cpu)
@@ -96,31 +97,40 @@ def line(few: Seconds, many: Seconds, power: int = 1) -> tuple[Seconds, Seconds]
 def particle_costs() -> Pairs:
     """Costs of passes, records, individual steps and placing."""
     costs: Pairs = {}
-    fixed: dict[str, list[Seconds]] = defaultdict(list)
+    (fewest, _), (few, recorded) = (_measured(count, "float64") for count in (FEWEST, FEW))
+    for name in few:
+        fixed, slope = line(fewest[name], few[name], (FEWEST, FEW), _power(name))
+        costs |= {f"fixed.{name}": fixed, f"few.{name}": slope}
     rests = []
     for precision in PRECISIONS:
-        measured = []
-        for particles in (FEW, MANY):
-            body = cloud(particles, numerics__precision=precision)
-            for _ in range(WARM):
-                body.advance(body.end)
-            measured.append(steps_of(body, STEPS))
-            if precision == "mixed":
-                measured[-1]["record"] = _record(body, measured[-1])
-        lines = {name: line(few, measured[1][name], 2 if name == "direct" else 1) for name, few in measured[0].items()}
-        rests.append(lines.pop("rest"))
-        if "record" in lines:
-            costs["record"], costs["record.particle"] = lines.pop("record")
-        for name, (start, slope) in lines.items():
-            fixed[name].append(start)
-            costs[f"{precision}.{name}"] = slope
-    costs |= {f"fixed.{name}": middle(starts) for name, starts in fixed.items()}
-    costs["fixed.rest"] = middle([start for start, _ in rests])
-    costs["rest"] = middle([slope for _, slope in rests])
+        many, record = _measured(MANY, precision)
+        for name, taken in many.items():
+            slope = less(taken, costs[f"fixed.{name}"]) * (1.0 / MANY ** _power(name))
+            if name == "rest":
+                rests.append(slope)
+            else:
+                costs[f"{precision}.{name}"] = slope
+        if precision == "mixed":
+            costs["record"], costs["record.particle"] = line(recorded, record, (FEW, MANY))
+    costs["rest"] = middle(rests)
     costs |= _individual(costs)
     begin = now()
     placement.glass(profiles.uniform(), GLASS, 1)
     return costs | {"place.particle": since(begin) * (1.0 / GLASS)}
+
+
+def _measured(particles: int, precision: str) -> tuple[Pairs, Seconds]:
+    """Of so many particles of the cloud, the parts of a step and a record."""
+    body = cloud(particles, numerics__precision=precision)
+    for _ in range(WARM):
+        body.advance(body.end)
+    step = steps_of(body, STEPS)
+    return step, _record(body, step)
+
+
+def _power(name: str) -> int:
+    """Of the number of particles, that what a pass takes grows with."""
+    return 2 if name == "direct" else 1
 
 
 def _record(body: Any, step: Pairs) -> Seconds:
@@ -138,7 +148,8 @@ def _individual(costs: Pairs) -> Pairs:
     """Of individual steps: what a base step takes to begin, the ends of intervals within it, and a particle there."""
     passes = total(costs[f"mixed.{name}"] for name in PASSES)
     plain, further = [], []
-    for particles in (FEW, MANY):
+    counts = BY_THEMSELVES, MANY
+    for particles in counts:
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
         tallies, step = [], body.base_step
         body.base_step = lambda *arguments, step=step, tallies=tallies: _counted(step(*arguments), tallies)
@@ -152,8 +163,8 @@ def _individual(costs: Pairs) -> Pairs:
     solution = np.linalg.solve(matrix, np.array([[rest.wall, rest.processor] for *_, rest in further]))
     # A particle in a nested set may take less than its share of a plain pass over all of them.
     end, particle = (Seconds(*map(float, row)) for row in np.maximum(solution, 0.0))
-    few, many = (less(least, end + count * particle) for count, least in zip((FEW, MANY), plain, strict=True))
-    base, base_particle = line(few, many)
+    few, many = (less(least, end + count * particle) for count, least in zip(counts, plain, strict=True))
+    base, base_particle = line(few, many, counts)
     return {
         "individual.base": base, "individual.base.particle": base_particle,
         "individual.end": end, "individual.particle": particle,

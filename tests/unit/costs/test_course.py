@@ -30,7 +30,6 @@ def test_runs_took_the_steps_that_are_predicted(name, monkeypatch):
     """Without a pilot, within a factor of 1.5 of what tests/benchmarks/predicted_steps.py counted."""
     monkeypatch.setattr(piloted, "kept", lambda scene: None)
     run = RUNS[name]
-    assert run["reached"] == 1.0
     particles = [f"body.particles={run['particles']}"]
     if name == "giant_impact":
         particles = [f"bodies.{k}.particles={round(share * run['particles'])}" for k, share in enumerate((0.87, 0.13))]
