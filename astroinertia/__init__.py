@@ -15,7 +15,7 @@ Nothing is imported or set until one of them is used.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -277,6 +277,10 @@ def _path(name: str, value: Any, what: str = "a folder") -> Path:
         from astroinertia.errors import SceneError
 
         raise SceneError(f"{name} must be the path of {what}, not {value!r:.60}.")
+    if not fspath(value) or "\0" in str(fspath(value)):
+        from astroinertia.errors import SceneError
+
+        raise SceneError(f"{name} must be the path of {what}, and {value!r:.60} is none.")
     return Path(value)
 
 

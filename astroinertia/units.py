@@ -266,7 +266,7 @@ def with_unit(value: Any) -> Any:
     """
     astropy_units = sys.modules.get("astropy.units")  # whoever has a quantity of astropy has imported it
     if astropy_units is not None and isinstance(value, astropy_units.Quantity):
-        return value
+        return getattr(value, "physical", value)  # of a logarithm, such as dex(kg), the quantity itself
     if astropy_units is not None and isinstance(value, astropy_units.UnitBase):
         return 1.0 * value
     if callable(getattr(value, "to_astropy", None)):

@@ -149,6 +149,7 @@ def love_number(index: float, degree: int = 2) -> float:
     return float(love_from_complement(_surface(float(index), degrees)[degrees.index(degree)], degree))
 
 
+@with_quantities()
 def apsidal_constant(index: float, degree: int = 2) -> float:
     """Return the apsidal constant k_l/2 of the polytrope of `index`: what tables of binaries call k_l.
 
@@ -171,6 +172,7 @@ class IndexDerivatives:
     love_numbers: dict[int, float]
 
 
+@with_quantities()
 def index_derivatives(index: float) -> IndexDerivatives:
     """Return the derivatives by n of the dimensionless numbers of the polytrope of `index`, to about 1e-13 relative.
 

@@ -92,6 +92,7 @@ def break_up(
     return BreakUp(orbit, limit, fraction, ratio)
 
 
+@with_quantities()
 def shedding_share(source: str = "roche") -> float:
     """Rate of mass shedding over that of an orbit at the equator of the sphere at rest.
 
@@ -133,6 +134,7 @@ class PolytropicLimit:
     rotational_to_gravitational: float
 
 
+@with_quantities()
 @lru_cache(maxsize=32)
 def polytropic_limit(index: float) -> PolytropicLimit:
     """Return where rigid polytropes of an index shed mass; ValueError unless 0 < n < 3.
@@ -154,6 +156,7 @@ def polytropic_limit(index: float) -> PolytropicLimit:
     )
 
 
+@with_quantities()
 @lru_cache(maxsize=32)
 def polytropic_rate(index: float, fraction: float) -> float:
     """Return Omega/(G M/R^3)^(1/2) of the rigid polytrope whose equator turns at a fraction of an orbit there.
@@ -168,6 +171,7 @@ def polytropic_rate(index: float, fraction: float) -> float:
     return star.angular_velocity * _radius_at_rest(star, index) ** 1.5
 
 
+@with_quantities()
 def polytrope_moment_ratio(index: float) -> float:
     """I/(M R^2) of the polytrope at rest.
 

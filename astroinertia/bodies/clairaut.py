@@ -50,6 +50,7 @@ def radau_slope(r: Array, eta: Array, density_over_mean: Array, degree: int) -> 
     return (degree * (degree + 1) - 6 * density_over_mean * (eta + 1) - eta * (eta - 1)) / r
 
 
+@with_quantities()
 def love_number_from_radau(eta: Array, degree: int = 2) -> Array:
     """The fluid Love number k_l = (l + 1 - eta)/(l + eta) from Radau's variable at the surface.
 
@@ -62,6 +63,7 @@ def love_number_from_radau(eta: Array, degree: int = 2) -> Array:
     return (degree + 1 - eta) / (degree + eta)
 
 
+@with_quantities()
 @double_precision("degree", "steps")
 def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) -> Array:
     """The fluid Love number k_l of a layered body, a scalar, for any degree l >= 2 (normalised with the mean radius).
@@ -78,6 +80,7 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
     return from_inside / from_outside
 
 
+@with_quantities()
 @double_precision("degree", "steps")
 def radau_variable(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) -> Array:
     """Radau's eta at the surface, a scalar: l - 2 for a homogeneous body, l + 1 for a point mass.
@@ -154,6 +157,7 @@ def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = 
     )
 
 
+@with_quantities()
 def radau_darwin_moment_ratio(love_number: Array) -> Array:
     """I/(M R^2) (mean radius) from the fluid k_2 by the Radau-Darwin approximation, (2/3)(1 - (2/5) sqrt(1 + eta)).
 
@@ -168,6 +172,7 @@ def radau_darwin_moment_ratio(love_number: Array) -> Array:
     return 2 / 3 * (1 - 0.4 * xp.sqrt((4 - love_number) / (1 + love_number)))
 
 
+@with_quantities()
 def radau_darwin_love_number(moment_ratio: Array) -> Array:
     """The fluid k_2 that the Radau-Darwin approximation gives for I/(M R^2): the inverse of the function above.
 
@@ -180,6 +185,7 @@ def radau_darwin_love_number(moment_ratio: Array) -> Array:
     return (4 - root_squared) / (1 + root_squared)
 
 
+@with_quantities()
 def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     """What Radau-Darwin gives for I/(M R^2) from the body's true k_2, less its true moment ratio: a scalar.
 
@@ -218,6 +224,8 @@ def _disturbance(body: LayeredBody, degree: int, steps: int) -> tuple[Array, Arr
     """(A, b) outside the surface, and P at the outer boundary of each layer, for a disturbance of any one size."""
     if degree < 2 or degree != int(degree):
         raise ValueError(f"Clairaut's equation needs a whole degree of 2 or more, not {degree!r}")
+    if steps < 1:
+        raise ValueError(f"the steps of Clairaut's equation must be at least 1 a layer, not {steps!r}")
     power = 2 * degree + 1
     x_in, x_out, _ = layer_bounds(body)
     above = jnp.concatenate([_density(body.coefficients[1:], x_out[:-1]), jnp.zeros(1)])

@@ -23,6 +23,7 @@ from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _COMPLEX_STEP = 1e-40
 _WIDEST = 1e4  # d/(2a) beyond which the two are spheres to single precision
@@ -113,6 +114,7 @@ def _axes_squared(gap: float) -> tuple[float, float]:
     return solution
 
 
+@with_quantities()
 def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
     """Return the figure of given d/(2a), 0.8 to 1e4: one where the two touch, and less where they would overlap.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from astroinertia.bodies import planets
 from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
-from astroinertia.errors import NumericalError
+from astroinertia.errors import NumericalError, UnlistedError
 from astroinertia.matter.barotropes import PolytropicLaw
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
@@ -60,10 +60,11 @@ class GiantPlanet:
     core_mass_fraction: float
 
 
+@with_quantities()
 def measured_field(name: str) -> GravityField:
     """Return the field of "Jupiter" (Durante et al. 2020) or "Saturn" (Iess et al. 2019), harmonics to degree 10.
 
-    KeyError for other names. Checked by tests/physics/test_giant_planets.py.
+    UnlistedError for other names. Checked by tests/physics/test_giant_planets.py.
 
     >>> print(measured_field("Jupiter").name)
     Jupiter
@@ -72,7 +73,7 @@ def measured_field(name: str) -> GravityField:
     radius = body.equatorial_radius
     rows = [row for row in data_rows("zonal_harmonics.csv") if row["body"] == name]
     if not rows:
-        raise KeyError(f"no zonal harmonics of {name} in data/zonal_harmonics.csv")
+        raise UnlistedError(f"no zonal harmonics of {name} in data/zonal_harmonics.csv")
     scales = [1e-6 * (1e3 * float(row["radius_km"]) / radius) ** int(row["degree"]) for row in rows]
     return GravityField(
         name=name,

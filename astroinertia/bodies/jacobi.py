@@ -100,6 +100,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> Homogeneou
     return _with("L/sqrt(G M^3 R)", lambda body: body.angular_momentum, target, scale)
 
 
+@with_quantities()
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> HomogeneousEllipsoid:
     """Return the ellipsoid of given T/|W|, from 0.137528 to below 1/2; ValueError outside.
 

@@ -117,6 +117,7 @@ def seismic_body(
     return yielding_body(polynomial_layers(radii, rows[0], GRAVITATIONAL_CONSTANT), rigidity, bulk)
 
 
+@with_quantities()
 def interior(name: str) -> YieldingBody:
     """The Moon or Mars by a published seismic model, elastic at seismic frequencies: data/interiors.csv.
 

@@ -73,6 +73,7 @@ def _squares(l: float) -> tuple[float, float, float]:  # noqa: E741
     return 1.0, 1.0, 1 / (1 + l * l)
 
 
+@with_quantities()
 def from_second_eccentricity(second_eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given sqrt(a^2 - c^2)/c >= 0; `scale`: mass, mean_radius, gravitational_constant.
 
@@ -89,6 +90,7 @@ def from_second_eccentricity(second_eccentricity: float, **scale: float) -> Macl
     return MaclaurinSpheroid(1.0, math.sqrt(squares[2]), float(omega2), second_eccentricity=l).rescaled(**scale)
 
 
+@with_quantities()
 def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given e = sqrt(1 - c^2/a^2), 0 <= e < 1; ValueError outside.
 
@@ -102,6 +104,7 @@ def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     return from_second_eccentricity(eccentricity / math.sqrt((1 - eccentricity) * (1 + eccentricity)), **scale)
 
 
+@with_quantities()
 def from_axis_ratio(c_over_a: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given c/a, 0 < c/a <= 1; ValueError outside. Test: tests/unit/bodies/test_ellipsoids.py.
 
@@ -160,6 +163,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinS
     return _with(lambda body: body.angular_momentum, target, (_LOG_LEAST, _LOG_MOST), scale)
 
 
+@with_quantities()
 def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> MaclaurinSpheroid:
     """Return the spheroid of given T/|W|, 0 <= T/|W| < 1/2; ValueError outside.
 

@@ -9,19 +9,25 @@ Tests: tests/unit/bodies/test_planets.py.
 
 import numpy as np
 
+from astroinertia.process.quantities import with_quantities
+
 UNIFORM = 0.4
 """I/(M R^2) of a uniform sphere: the most that any sphere with a density not rising outwards can have."""
 
 
+@with_quantities()
 def convert_moment_ratio(value, from_radius, to_radius):
     """Return a moment ratio (or its uncertainty) of one radius for another: it goes as radius^-2.
 
     >>> print(f"{convert_moment_ratio(0.36419, 3396.0, 3389.5):.5f}")  # of Mars, from its equatorial radius
     0.36559
     """
+    if not (np.all(np.asarray(from_radius) > 0) and np.all(np.asarray(to_radius) > 0)):
+        raise ValueError("from_radius and to_radius must be positive")
     return value * (from_radius / to_radius) ** 2
 
 
+@with_quantities()
 def mean_from_polar(polar_ratio, j2):
     """Return I/(M R^2) of the mean moment I = (A + B + C)/3 from C/(M R^2) and J2, both for the same R.
 
@@ -31,6 +37,7 @@ def mean_from_polar(polar_ratio, j2):
     return polar_ratio - 2.0 / 3.0 * j2
 
 
+@with_quantities()
 def polar_from_mean(mean_ratio, j2):
     """Return C/(M R^2) from that of the mean moment and J2, both for the same R.
 
@@ -40,6 +47,7 @@ def polar_from_mean(mean_ratio, j2):
     return mean_ratio + 2.0 / 3.0 * j2
 
 
+@with_quantities()
 def principal_moment_ratios(polar_ratio, j2, c22=0.0):
     """Return A, B and C over M R^2 from C/(M R^2), J2 and C22 (zero for an axisymmetric body), all for the same R.
 
@@ -50,6 +58,7 @@ def principal_moment_ratios(polar_ratio, j2, c22=0.0):
     return middle - 2.0 * c22, middle + 2.0 * c22, polar_ratio
 
 
+@with_quantities()
 def polar_from_precession(j2, dynamical_ellipticity):
     """Return C/(M R^2) = J2/H from J2 for R and H = (C - (A + B)/2)/C, which precession measures.
 
@@ -59,6 +68,7 @@ def polar_from_precession(j2, dynamical_ellipticity):
     return j2 / dynamical_ellipticity
 
 
+@with_quantities()
 def volumetric_radius(first, second, third):
     """Return (a b c)^(1/3), the radius of the sphere with the volume of the ellipsoid of these semi-axes.
 

@@ -67,6 +67,7 @@ def lattimer_schutz(mass, radius_km, check_range: bool = True) -> np.ndarray:
     return a * (1 + b * x + c * x**4)
 
 
+@with_quantities()
 def breu_rezzolla_moment_ratio(compactness, check_range: bool = True) -> np.ndarray:
     """I/(M R^2) by C: Breu & Rezzolla 2016, MNRAS 459, 646, for slow rotation; ValueError outside their range.
 
@@ -78,6 +79,7 @@ def breu_rezzolla_moment_ratio(compactness, check_range: bool = True) -> np.ndar
     return a + b * C + c * C**4
 
 
+@with_quantities()
 def breu_rezzolla_moment_bar(compactness, check_range: bool = True) -> np.ndarray:
     """I/M^3 (G = c = 1) by C: Breu & Rezzolla 2016, MNRAS 459, 646, Eq. (20); ValueError outside their range.
 
@@ -92,6 +94,7 @@ def _yagi_yunes(name: str, x: np.ndarray) -> np.ndarray:
     return np.exp(np.polynomial.polynomial.polyval(np.log(x), _YAGI_YUNES[name]))
 
 
+@with_quantities()
 def moment_bar_of_love(tidal_deformability, check_range: bool = True) -> np.ndarray:
     """I/M^3 by Lambda, to 1%: Yagi & Yunes 2013, PRD 88, 023009, Table I; ValueError outside LOVE_RANGE.
 
@@ -102,6 +105,7 @@ def moment_bar_of_love(tidal_deformability, check_range: bool = True) -> np.ndar
     return _yagi_yunes("moment_bar of tidal_deformability", x)
 
 
+@with_quantities()
 def moment_bar_of_quadrupole(quadrupole_bar, check_range: bool = True) -> np.ndarray:
     """I/M^3 by Q M/J^2, to 1%: Yagi & Yunes 2013, Table I; ValueError outside QUADRUPOLE_BAR_RANGE.
 
@@ -112,6 +116,7 @@ def moment_bar_of_quadrupole(quadrupole_bar, check_range: bool = True) -> np.nda
     return _yagi_yunes("moment_bar of quadrupole_bar", x)
 
 
+@with_quantities()
 def quadrupole_bar_of_love(tidal_deformability, check_range: bool = True) -> np.ndarray:
     """Q M/J^2 by Lambda, to 1%: Yagi & Yunes 2013, Table I; ValueError outside LOVE_RANGE.
 

@@ -192,6 +192,7 @@ def _minimum(function: Callable[[float], float], low: float, high: float) -> flo
     return np.asarray(minimum).item()
 
 
+@with_quantities()
 @lru_cache(maxsize=64)
 def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> StableBranch:
     """Return the stretch of rising mass that ends at the heaviest star (stable, by the turning-point theorem).
@@ -234,6 +235,7 @@ def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> St
     return StableBranch(math.exp(lowest), min(math.exp(highest), end), turning)
 
 
+@with_quantities()
 def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolerance: float = TOLERANCE) -> NeutronStar:
     """Return the heaviest star: M to 1e-10, its central enthalpy (and so R) to about 1e-6.
 

@@ -254,6 +254,7 @@ def _checked(index: float, gamma: float) -> tuple[float, float]:
     return float(index), float(gamma)
 
 
+@with_quantities()
 def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]:
     """Return the first `count` radial modes of the polytrope of `index`, "F", "1O", "2O", ... from the slowest.
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
 
+import numpy as np
+
 from astroinertia.bodies import moment_ratios
 from astroinertia.errors import UnlistedError
 from astroinertia.process.quantities import with_quantities
@@ -169,6 +171,12 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
     >>> print(planet.moment_ratio().value, planet.has("core_density"))
     0.33 False
     """
+    if not isinstance(name, str):
+        raise ValueError(f"the name of a body must be text, not {name!r:.60}")
+    for key, value in {"mass": mass, "mean_radius": mean_radius, **quantities}.items():
+        known = key.endswith(_ERROR) or (np.ndim(value) == 0 and np.isfinite(value))
+        if not known or (key in ("mass", "mean_radius") and value <= 0):
+            raise ValueError(f"{key} of {name} must be a finite number that a body can have, not {value!r:.60}")
     values = {"gm": GRAVITATIONAL_CONSTANT * mass, "mean_radius": mean_radius, **quantities}
 
     def row(key: str) -> Published:
@@ -200,6 +208,7 @@ def solar_system() -> Mapping[str, SolarSystemBody]:
     )
 
 
+@with_quantities()
 def body(name: str) -> SolarSystemBody:
     """Return the body of this name, in upper or lower case; KeyError, which lists the names, for one not there.
 

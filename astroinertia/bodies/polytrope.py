@@ -84,6 +84,7 @@ def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
     return solution.y
 
 
+@with_quantities()
 @lru_cache(maxsize=64)
 def lane_emden(index: float) -> LaneEmden:
     """Return the Lane-Emden solution of `index`, accurate to about 1e-14; ValueError outside 0 <= n < 5.

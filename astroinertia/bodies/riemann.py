@@ -117,8 +117,13 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
         return turn + deformation @ (self.internal_angular_velocity * TURN)
 
 
+@with_quantities()
 def rotation_about_z(angle: float) -> np.ndarray:
-    """The matrix (3, 3) of a rotation by an angle (rad) about z."""
+    """The matrix (3, 3) of a rotation by an angle (rad) about z.
+
+    >>> print((rotation_about_z(math.pi / 2) @ [1.0, 0.0, 0.0]).round(12))  # x comes to y
+    [0. 1. 0.]
+    """
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
@@ -155,6 +160,7 @@ def _figure(b: float, x: float, scale: dict[str, float]) -> RiemannEllipsoid:
     return RiemannEllipsoid(b, c, whole * cosine**2, internal_rate=internal).rescaled(**scale)
 
 
+@with_quantities()
 def from_vorticity_ratio(b_over_a: float, vorticity_ratio: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid of given b/a, 1e-8 to 1, and f = zeta/Omega, any number or infinity (Dedekind's).
 
@@ -171,6 +177,7 @@ def from_vorticity_ratio(b_over_a: float, vorticity_ratio: float, **scale: float
     return _figure(b, f * b / (1 + b * b), scale)
 
 
+@with_quantities()
 def from_rate_ratio(b_over_a: float, rate_ratio: float, **scale: float) -> RiemannEllipsoid:
     """Return the ellipsoid of given b/a, 1e-8 to 1, and Lambda/Omega, any number or infinity; 1 and -1: self-adjoint.
 
@@ -184,6 +191,7 @@ def from_rate_ratio(b_over_a: float, rate_ratio: float, **scale: float) -> Riema
     return _figure(float(b_over_a), float(rate_ratio), scale)
 
 
+@with_quantities()
 def from_axis_ratios(
     b_over_a: float, c_over_a: float, branch: Literal["direct", "adjoint"] = "direct", **scale: float
 ) -> RiemannEllipsoid:
@@ -261,6 +269,7 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
     return figure(root_between(excess, *ends)).rescaled(**scale)
 
 
+@with_quantities()
 def dedekind(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     """Return the Dedekind ellipsoid of given b/a: at rest in space, held up by its internal flow; adjoint of Jacobi's.
 
@@ -284,6 +293,7 @@ def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     return from_vorticity_ratio(b_over_a, -2.0, **scale)
 
 
+@with_quantities()
 def sequence(vorticity_ratio: float, b_over_a=None, **scale: float) -> list[RiemannEllipsoid]:
     """Return the ellipsoids of given f at many b/a (default: 1 to 0.1 in 40 steps); ValueError as the single ones.
 

@@ -27,6 +27,7 @@ from astroinertia.bodies import jacobi, maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
+from astroinertia.process.quantities import with_quantities
 
 _COMPLEX_STEP = 1e-40  # exact derivatives: nothing is subtracted
 _THINNEST = 1e-6  # c/a of the needles up to which figures are looked for
@@ -89,6 +90,7 @@ def _checked_ratio(mass_ratio: float) -> float:
     return float(mass_ratio)
 
 
+@with_quantities()
 def from_axis_ratio(mass_ratio: float, c_over_a: float, **scale: float) -> RocheEllipsoid:
     """Return the ellipsoid of given p = M/M' >= 0 (or -1 <= p < 0: less rotation than synchronous) and c/a, 1e-6 to 1.
 
@@ -125,6 +127,7 @@ def _without_companion(c: float) -> HomogeneousEllipsoid:
     return jacobi.from_axis_ratio(math.exp(log_b))
 
 
+@with_quantities()
 def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheEllipsoid]:
     """Return the ellipsoids of given p = M/M' at many c/a (default: 0.98 to 0.2 in 40 steps).
 
@@ -137,6 +140,7 @@ def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheElli
     return [from_axis_ratio(mass_ratio, float(c), **scale) for c in ratios]
 
 
+@with_quantities()
 def limit(mass_ratio: float, **scale: float) -> RocheEllipsoid:
     """Return the ellipsoid of the Roche limit of p = M/M', -1 to infinity: the closest to its companion.
 
@@ -168,6 +172,7 @@ def _limit(p: float) -> RocheEllipsoid:
     return from_axis_ratio(p, root_between(slope, *_LIMIT_BRACKET))
 
 
+@with_quantities()
 def at_distance(
     mass_ratio: float, scaled_distance: float, branch: Literal["stable", "unstable"] = "stable", **scale: float
 ) -> RocheEllipsoid:

@@ -280,6 +280,7 @@ def _sought(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resoluti
         return str(error)
 
 
+@with_quantities()
 def end_of_sequence(
     matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, within: float = _BY_TRIAL, **units: float
 ) -> RotatingStar:

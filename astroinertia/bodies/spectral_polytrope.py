@@ -261,6 +261,7 @@ def _converged(quantity: str, target: float, start: Trial, degrees, tolerance: f
     raise NumericalError(f"the rotating polytrope {outcome}")
 
 
+@with_quantities()
 @lru_cache(maxsize=8)
 def mass_shedding(tolerance: float = 1e-5) -> RotatingPolytrope:
     """Return the figure of mass shedding (unit mass, mean radius and G), whose equator is a cusp without gravity.

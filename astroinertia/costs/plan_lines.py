@@ -71,7 +71,7 @@ def _unknown(scene: Scene) -> str:
     if scene.numerics.engine != "numba_cpu":
         return f"the engine {scene.numerics.engine} is not calibrated"
     if scene.particles is None:
-        return "the number of particles is that of a table"
+        return "how many steps the particles of a table take is not estimated"
     return "nothing is known of its flow; --pilot counts its steps"
 
 

@@ -304,19 +304,19 @@ class InertiaAccessor:
 
     @of_each_member
     def spin_rate(self) -> xr.DataArray:
-        """The mean angular velocity about the axis of the angular momentum, L.n / n.I.n, n its direction at the start.
+        """The mean angular velocity about the axis of the angular momentum, L.n / n.I.n, n its direction.
 
-        Where that axis does not stay, as a top's: |I^-1 L|, the size of the mean angular velocity. `long_name` says
-        which it is.
+        It is negative where L has turned round since the start. Where that axis moves far, as a top's: |I^-1 L|, the
+        size of the mean angular velocity. `long_name` says which it is.
 
         >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
         1.0e-04 rad/s
         """
-        unit, axis = self._unit("rad s-1"), self._fixed_axis()
-        if axis is None:
+        unit, axes = self._unit("rad s-1"), self._momentum_axes()
+        if axes is None:
             rate = np.linalg.norm(self._vectors("angular_velocity"), axis=1)
             return self._series(rate, "size of the mean angular velocity, whose axis moves", unit, "|I^-1 L|")
-        rate = self._vectors("angular_momentum") @ axis / self.about_axis(axis.tolist()).values
+        rate = np.einsum("ti,ti->t", self._vectors("angular_momentum"), axes.values) / self.about_axis(axes).values
         return self._series(rate, "mean angular velocity about the axis of the angular momentum", unit, "L.n / n.I.n")
 
     @with_quantities()
@@ -333,8 +333,8 @@ class InertiaAccessor:
         """
         opening = self.spin_rate().values[0]
         if law == "inertia":
-            axis = self._fixed_axis()
-            size = self.about_axis("spin" if axis is None else axis.tolist()).values
+            axes = self._momentum_axes()
+            size = self.about_axis("spin" if axes is None else axes).values
         elif law == "radius":
             moments = self.dataset["principal_moments"].transpose("time", "principal").values
             largest = moments.max(axis=1)
@@ -351,7 +351,9 @@ class InertiaAccessor:
         """Period, radius, periods of an orbit at the equator and of mass shedding, and flags of break-up, along time.
 
         The radius of these limits is the mean radius of the surface, or in older files that of the start, scaled with
-        the mean radius by second moments.
+        the mean radius by second moments. breakup_fraction is of an orbit at the body's own equator, with its J2, as
+        [body] has it, where the dataset has its surface; there a body of particles or an ellipsoid, which rotation has
+        flattened, sheds mass where that reaches 1, and the limit of shedding is for a body as it would be at rest.
         shedding: "roche", "polytrope n" or a published fit, as bodies.break_up.shedding_share has them; ValueError
         for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
 
@@ -371,14 +373,24 @@ class InertiaAccessor:
         period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
         gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
         limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
-        series = {
+        sheds = limits.sheds_mass
+        own: dict[str, Any] = {}
+        reference = data["zonal_harmonic_2"].attrs.get("radius", "") if "zonal_harmonic_2" in data else ""
+        if {"surface_equatorial_radius", reference} <= set(data.data_vars):
+            equator = data["surface_equatorial_radius"].values
+            bulge = data["zonal_harmonic_2"].values * (data[reference].values / equator) ** 2
+            orbit = np.sqrt(gravity * data["mass"].values / equator**3 * (1.0 + 1.5 * bulge))
+            text = "rate over that of an orbit at the equator of the body, with its J2"
+            own["breakup_fraction"] = (spin / orbit, "1", text)
+            sheds = spin >= orbit if data.attrs.get("model") in ("sph", "ellipsoid") else sheds
+        series = own | {
             "radius": (radius, "m", "radius"),
             "period": (period, "s", "period of the mean angular velocity"),
             "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
             "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
             "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),
             "beyond_kepler": (limits.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
-            "sheds_mass": (limits.sheds_mass, "1", "whether the body turns faster than it can without losing mass"),
+            "sheds_mass": (sheds, "1", "whether the body turns faster than it can without losing mass"),
             "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
             "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
         }
@@ -563,15 +575,25 @@ class InertiaAccessor:
             return axis.transpose(..., "i").values
         return np.asarray(axis, dtype=float) / np.linalg.norm(axis)
 
-    def _fixed_axis(self) -> np.ndarray | None:
-        """The direction of the angular momentum at the start, z where there is none; None where it does not stay."""
+    def _momentum_axes(self) -> xr.DataArray | None:
+        """The direction of the angular momentum, (time, i), to the side of that at the start; None where it moves far.
+
+        z where there is none at the start, and that at the start where there is none later.
+        """
         momenta = self._vectors("angular_momentum")
         spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
         size = np.linalg.norm(momenta[0])
         least = SPINLESS * 2.0 * np.sqrt(spread) if np.isfinite(spread) else 0.0
         axis = momenta[0] / size if size > least else np.eye(3)[2]
         sideways = np.linalg.norm(momenta - np.outer(momenta @ axis, axis), axis=1)
-        return None if np.nanmax(sideways) > max(_TURNED * np.nanmax(np.linalg.norm(momenta, axis=1)), least) else axis
+        sizes = np.linalg.norm(momenta, axis=1)
+        if np.nanmax(sideways) > max(_TURNED * np.nanmax(sizes), least):
+            return None
+        # A torque may bring it almost to rest, when what is left of it sideways says nothing of the axis.
+        along = (abs(momenta @ axis) > sideways) & (sizes > least)
+        signed = momenta * np.sign(momenta @ axis)[:, None] / np.where(along, sizes, 1.0)[:, None]
+        directions = np.where(along[:, None], signed, axis)
+        return xr.DataArray(directions, self._coordinates("time", "i"), ("time", "i"))
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})

@@ -6,6 +6,7 @@ Tests: tests/unit/effects/test_by_function.py.
 """
 
 import functools
+import inspect
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
@@ -159,11 +160,20 @@ def _on_host(effect: Any, state: type, shape: tuple[int, ...], returns: str, *ar
 
 
 def of_function(function: Callable) -> Effect:
-    """The effect that a function of a state serves for, named after it; SceneError where its name says nothing.
+    """The effect that a function of a state serves for, named after it.
+
+    SceneError where its name says nothing, or where it cannot be called with a state alone.
 
     function: of a FluidState to accelerations (N, 3), or of a RigidState to a torque (3,): arrays in SI, in code units
     where the scene is, or astropy quantities.
     """
+    try:
+        inspect.signature(function).bind(None)
+    except TypeError as error:
+        name = getattr(function, "__name__", type(function).__name__)
+        raise SceneError(f"the function {name} of effects must take one argument, the state: {error}.") from None
+    except ValueError:  # of one that is compiled, which says nothing of itself
+        pass
     try:
         return _kept_class(function)()
     except TypeError:  # one that cannot be hashed

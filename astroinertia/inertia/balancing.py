@@ -39,6 +39,7 @@ class Holes:
     size: float
 
 
+@with_quantities()
 def unbalance_of_body(body: Body) -> tuple[Array, Array]:
     """Static and dynamic unbalance U and D, (..., 2) each, of a body that spins about z through the origin.
 
@@ -123,6 +124,7 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
     return mass, xp.arctan2(sign * correction[..., 1], sign * correction[..., 0])
 
 
+@with_quantities()
 def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequence[float]) -> Array:
     """Forces (..., 2 bearings, 2) of a rotor on bearings at two z when it turns at `rate` (rad per time).
 

@@ -236,7 +236,7 @@ def ellipsoid_field(mass: float, semi_axes: Array, degree: int, radius: float) -
     """
     _check(degree, radius)
     a, b, c = np.asarray(semi_axes, dtype=float)
-    if not (min(a, b, c) >= 0 and max(a, b, c) < np.inf):
+    if not all(0 <= axis < np.inf for axis in (a, b, c)):
         raise ValueError("the semi-axes of an ellipsoid must be finite numbers, 0 or above")
     wide, narrow = np.sqrt(complex((a - c) * (a + c))) / radius, np.sqrt(complex((b - c) * (b + c))) / radius
     plus, minus = (wide + narrow) / 2, (wide - narrow) / 2  # x + i y = plus w + minus w*, w in the unit circle

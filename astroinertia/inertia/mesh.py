@@ -24,6 +24,7 @@ Array = Any
 
 FORMATS = (".stl", ".obj", ".ply", ".off")
 MAX_BYTES = 2**28  # of a file: 5 million triangles
+_MOST_SUBDIVISIONS = 10  # of an icosphere: 21 million faces
 _ROUNDINGS = 8.0  # roundings of the box around a mesh that its volume must exceed to differ from 0
 
 
@@ -116,6 +117,8 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
     >>> print([array.shape for array in icosphere(2)])  # 20 faces cut in 4 twice
     [(162, 3), (320, 3)]
     """
+    if isinstance(subdivisions, float) or not 0 <= subdivisions <= _MOST_SUBDIVISIONS:
+        raise ValueError(f"subdivisions must be a whole number from 0 to {_MOST_SUBDIVISIONS}, not {subdivisions}")
     golden = (1 + np.sqrt(5)) / 2
     signs = [(one, two) for one in (-1, 1) for two in (-golden, golden)]
     vertices = np.array(
@@ -136,6 +139,7 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
     return radius * vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces
 
 
+@with_quantities()
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) and faces (F, 3) of a file that trimesh reads, such as STL, OBJ, PLY or OFF; its units are kept.
 

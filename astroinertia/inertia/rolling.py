@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.tensor import namespace
+from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -43,6 +43,8 @@ def rolling_coefficient(body: Body, radius: Array, axis: Array = (0.0, 0.0, 1.0)
     0.40
     """
     radius = namespace(radius, body.inertia).asarray(radius)
+    if is_known(radius) and not (radius > 0).all():
+        raise ValueError("the radius on which a body rolls must be positive")
     return body.moment(axis) / (body.mass * radius**2)
 
 
@@ -100,6 +102,7 @@ def rolling_race(
     return sorted(finishes, key=lambda finish: finish.time)
 
 
+@with_quantities()
 def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
     """I w^2 / 2 for spin at the rate w (...,), in radians per time, about the axis (..., 3) through the centre of mass.
 

@@ -31,6 +31,7 @@ from astroinertia.process.quantities import with_quantities
 Array = Any
 
 
+@with_quantities()
 def target_tensor(squares: Array, axes: Array | None = None) -> Array:
     """Tensor (3, 3) with these values (3,) along its axes, the rows of `axes` (3, 3); x, y and z where none are given.
 

@@ -160,6 +160,8 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     """
     import xarray as xr  # only here: nobody else who uses tensors need wait for it
 
+    if not isinstance(density, xr.DataArray):
+        raise ValueError(f"density must be a DataArray of xarray with coordinates, not a {type(density).__name__}")
     centres, widths = {}, {}
     for name in coordinates:
         if name not in density.coords or density.sizes.get(name, 0) < 2:
@@ -220,6 +222,8 @@ def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]
         radius.ndim == 1 and radius.size > 1 and radius[0] >= 0 and (xp.diff(radius) > 0).all()
     ):
         raise ValueError("the radii must be two or more, ascending and not negative")
+    if density.shape[-1:] != radius.shape:
+        raise ValueError(f"density must have a value at each of the {radius.size} radii, not the shape {density.shape}")
     share = xp.asarray(0.5 * (1 + _GAUSS_NODES), dtype=density.dtype)
     width = xp.diff(radius)[:, None]
     at = radius[:-1, None] + width * share
@@ -268,6 +272,7 @@ def rotated(inertia: Array, matrix: Array) -> Array:
     return 0.5 * twice_symmetric(turned)  # products round, and a tensor stays symmetric
 
 
+@with_quantities()
 def twice_symmetric(tensor: Array) -> Array:
     """T + T^T: the rate of Q from P, and the share of V_e in d2Q/dt2.
 
@@ -277,6 +282,7 @@ def twice_symmetric(tensor: Array) -> Array:
     return tensor + namespace(tensor).swapaxes(tensor, -1, -2)
 
 
+@with_quantities()
 def axial_vector(tensor: Array) -> Array:
     """eps_ijk T_jk, (..., 3): the angular momentum in P and the torque in V_e.
 
@@ -295,7 +301,10 @@ def moment_about(inertia: Array, axis: Array) -> Array:
     1.5
     """
     xp = namespace(inertia, axis)
-    return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / (axis**2).sum(-1)
+    length = (axis**2).sum(-1)
+    if is_known(length) and (length == 0).any():
+        raise ValueError("the axis of a moment of inertia must not be the vector 0")
+    return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / length
 
 
 @with_quantities()
@@ -395,11 +404,13 @@ def _relative(xp: Any, mass: Array, vector: Array, origin: Array | None) -> list
     if origin is None:
         return _centred(xp, mass, vector)[1]
     about = xp.asarray(origin)
+    _require_three(vector, about)
     return [vector[..., k] - about[..., k, None] for k in range(3)]
 
 
 def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Array]]:
     """Components (...,) of the weighted mean of vectors (..., N, 3), and (..., N) of the vectors relative to it."""
+    _require_three(vector)
     total = mass.sum(-1)
     share = mass / xp.where(total != 0, total, xp.nan)[..., None]
     centre, relative = [], []
@@ -412,3 +423,10 @@ def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Arr
         centre.append(near + rest)
         relative.append(offset - rest[..., None])
     return centre, relative
+
+
+def _require_three(*vectors: Array) -> None:
+    """IndexError unless all have three components; without it a fourth is left out, and JAX makes up a third."""
+    for vector in vectors:
+        if vector.shape[-1:] != (3,):
+            raise IndexError(f"vectors have three components, not the shape {vector.shape}")

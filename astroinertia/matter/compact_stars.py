@@ -20,6 +20,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import root_scalar
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
@@ -305,6 +306,7 @@ def read2009_table() -> dict[str, dict[str, float]]:
     return {row["name"]: {key: float(row[key]) for key in row if key != "name"} for row in rows}
 
 
+@with_quantities()
 def read2009(name: str) -> Barotrope:
     """The piecewise polytrope of Read et al. 2009 for the named equation of state, on the crust of SLy.
 

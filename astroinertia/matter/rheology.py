@@ -66,6 +66,8 @@ def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, d
     """
     if isinstance(exponent, float) and not 0 < exponent < 1:
         raise ValueError("the exponent of Andrade's creep is between 0 and 1")
+    if isinstance(relaxation_time, float | int) and not relaxation_time > 0:
+        raise ValueError(f"the relaxation_time of Andrade's creep must be positive, not {relaxation_time}")
     transient = relaxation_time if decay_time is None else decay_time
     gamma = math.gamma if isinstance(exponent, float) else import_module("jax.scipy.special").gamma  # of a tracer
     return maxwell(frequency, relaxation_time) + gamma(1 + exponent) * (1j * frequency * transient) ** -exponent

@@ -144,7 +144,7 @@ def _rates(axes, dataset: xr.Dataset, rotation: Motion) -> None:
         return
     for k in (1, 0, 2):
         how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if dots else {"linewidth": 1.4}
-        axes.plot(times, rotation.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
+        style.curve(axes, times, rotation.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.16 * (high - low))
@@ -160,7 +160,7 @@ def _pole(axes, times: np.ndarray, rotation: Motion, main: int, others: np.ndarr
     angles = np.degrees(rotation.rates[:, others] / rotation.rates[:, main, None])
     unit, name = (1.0 / 3600.0, "arcsec") if abs(angles).max() > 1.0 / 3600.0 else (_MAS, "mas")
     for k, angle in zip(others, angles.T, strict=True):
-        axes.plot(times, angle / unit, color=AXES[k], linewidth=1.4, label=f"axis {k + 1}, {names[k]}")
+        style.curve(axes, times, angle / unit, color=AXES[k], linewidth=1.4, label=f"axis {k + 1}, {names[k]}")
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.16 * (high - low))
@@ -207,7 +207,7 @@ def _angles(axes, dataset: xr.Dataset, rotation: Motion) -> None:
         text = f"nutation \N{MINUS SIGN} {opening:.4f} deg" if opening else "nutation"
         angle, unit = (angle - opening) / _MAS, "mas"
     how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if moved > SPARSE else {"linewidth": 1.5}
-    axes.plot(times, angle, color=style.BLUE, **how)
+    style.curve(axes, times, angle, color=style.BLUE, **how)
     if np.ptp(angle) < _STILL:
         middle = float(angle.mean())
         axes.set_ylim(middle - max(0.2 * middle, 0.1), middle + max(0.2 * middle, 0.1))
@@ -298,11 +298,12 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     axes.set_title("What no effect accounts for, over the largest")
     drawn = [values for values, _, _ in lines if (values > 0).any()]
     if not drawn:
-        style.note(axes, "nothing to the last bit")
+        style.note(axes, "nothing to the last bit", timed=True)
         return
     for values, text, colour in lines:
         if (values > 0).any():
-            axes.semilogy(times, np.where(values > 0, values, np.nan), color=colour, linewidth=1.3, label=text)
+            style.curve(axes, times, np.where(values > 0, values, np.nan), color=colour, linewidth=1.3, label=text)
+            axes.set_yscale("log")
     low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
     axes.set_ylim(max(low, 1e-18), max(high, 30 * low))
     style.plain_log(axes.yaxis, *axes.get_ylim())

@@ -73,7 +73,7 @@ def _given(axes, dataset: xr.Dataset) -> None:
     for name in known_effects(dataset, "work"):
         index = names.index(name)
         colour = style.effect_colour(name, names)
-        axes.plot(times, work[:, index] / scale, color=colour, label=f"{style.words(name)}: work")
+        style.curve(axes, times, work[:, index] / scale, color=colour, label=f"{style.words(name)}: work")
         if abs(heating[:, index]).max() > floor:
             axes.plot(
                 times, heating[:, index] / scale, color=colour, linestyle=(0, (4, 2)),
@@ -99,10 +99,11 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     for values, text, colour, width, alpha in lines:
         if (values > 0).any():
             shown = np.where(values > 0, values, np.nan)
-            axes.semilogy(times, shown, color=colour, linewidth=width, alpha=alpha, label=text)
+            style.curve(axes, times, shown, color=colour, linewidth=width, alpha=alpha, label=text)
+            axes.set_yscale("log")
             drawn.append(values)
     if not drawn:
-        style.note(axes, "nothing to the last bit")
+        style.note(axes, "nothing to the last bit", timed=True)
         return
     low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
     axes.set_ylim(max(low, 1e-17), high)

@@ -20,9 +20,9 @@ def ledger_figure(dataset: xr.Dataset) -> Figure:
     """
     with style.styled():
         impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
-        turned = bool((abs(impulse) > 0).any())
-        figure = style.begin(dataset, "the ledger of effects", (9.0, 9.2 if turned else 6.8))
-        panels = list(figure.subplots(2 + turned, 1, height_ratios=[1.7, 1.5, 1.3][: 2 + turned]))
+        turned, none = bool((abs(impulse) > 0).any()), not _above_round_off(dataset, impulse)
+        figure = style.begin(dataset, "the ledger of effects", (9.0, 6.8 + 2.4 * turned - 1.4 * (turned and none)))
+        panels = list(figure.subplots(2 + turned, 1, height_ratios=[1.7, 1.5, 0.35 if none else 1.3][: 2 + turned]))
         top = panels[0]
         shares = dataset.inertia.acceleration_shares("z")
         _absolute(top, dataset, shares)
@@ -92,14 +92,19 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     style.mark_compression(axes, dataset, factor)
 
 
+def _above_round_off(dataset: xr.Dataset, impulse: np.ndarray) -> bool:
+    size = angular_momentum_scale(dataset)[0]
+    return bool(np.nanmax(np.linalg.norm(impulse, axis=-1), initial=0.0) > np.finfo(float).eps * size)
+
+
 def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
     times, factor, _ = style.shown_times(dataset)
     axes.set_title("Angular momentum that each effect has given since the start")
     size, turning = angular_momentum_scale(dataset)
     names = [str(name) for name in dataset["effect"].values]
     sizes = np.linalg.norm(impulse, axis=-1) / size
-    if not np.nanmax(sizes) > np.finfo(float).eps:
-        style.note(axes, "none has given any, to round-off")
+    if not _above_round_off(dataset, impulse):
+        style.note(axes, "none has given any, to round-off", timed=True)
         return
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)

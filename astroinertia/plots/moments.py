@@ -53,8 +53,8 @@ def _moments(axes, dataset: xr.Dataset) -> None:
     )
     for tensor, width, alpha in tensors:
         for name, colour, dashes in zip("xyz", style.COMPONENTS, style.DASHES, strict=True):
-            axes.plot(
-                times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha,
+            style.curve(
+                axes, times, shown(tensor, name) / scale, color=colour, linewidth=width, alpha=alpha,
                 linestyle="-" if alpha < 1.0 else dashes,
             )  # fmt: skip
     bands = []
@@ -97,7 +97,7 @@ def _rate(axes, dataset: xr.Dataset) -> None:
     rate = dataset["inertia_rate"]
     scale, unit = style.scale_of(style.unit_of(rate), rate.values)
     for name, colour, dashes in zip("xyz", style.COMPONENTS, style.DASHES, strict=True):
-        axes.plot(times, rate.sel(i=name, j=name) / scale, color=colour, linestyle=dashes)
+        style.curve(axes, times, rate.sel(i=name, j=name) / scale, color=colour, linestyle=dashes)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
     axes.set_ylabel(style.label("d$I$/d$t$", unit))
     axes.set_title("Its rate, from the mixed moment")
@@ -109,7 +109,7 @@ def _closure(axes, dataset: xr.Dataset) -> None:
     closure = dataset["ledger_closure"].values
     axes.set_title("Closure: |evolved \N{MINUS SIGN} direct| over the largest |I| so far")
     if not (closure > 0).any():
-        style.note(axes, "the two agree to the last bit")
+        style.note(axes, "the two agree to the last bit", timed=True)
         return
     axes.semilogy(times, np.where(closure > 0, closure, np.nan), color=style.INK, linewidth=1.2)
     style.level(axes, float(np.finfo(float).eps), "round-off", style.GREEN)

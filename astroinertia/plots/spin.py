@@ -12,6 +12,7 @@ from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
 
+STAYS = 1e-9  # of a spin: a smaller change is round-off, and not drawn as if it were more
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar
 
 
@@ -64,6 +65,9 @@ def _spin(axes, dataset: xr.Dataset) -> None:
     if (values > 0).all() and values.max() > 8 * values.min():
         axes.set_yscale("log")
         style.plain_log(axes.yaxis, values.min() / scale, values.max() / scale)
+    middle = float(np.nanmean(values)) / scale
+    if np.ptp(axes.get_ylim()) < STAYS * abs(middle):
+        axes.set_ylim(*sorted((0.99 * middle, 1.01 * middle)))
     axes.set_ylabel(style.label(r"spin $\omega$", unit))
     axes.set_title("Mean spin, and what its start value and a scaling law predict" if laws else "Mean spin")
     axes.legend(loc="best")

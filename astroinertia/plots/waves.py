@@ -68,6 +68,8 @@ def undersampled(strains: Iterable[xr.DataArray]) -> bool:
 def _mark_records(axes: Any) -> None:
     for line in axes.lines[:2]:
         line.set(marker="o", markersize=3.5)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.16 * (high - low), high)  # room for the words beneath the curves
     axes.annotate(
         "too few records (dots) to resolve this: a shorter output.series_every has more", (0, 0),
         xycoords="axes fraction", xytext=(4, 4), textcoords="offset points", fontsize=8.5, color=style.VERMILLION,

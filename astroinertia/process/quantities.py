@@ -6,11 +6,14 @@ had units. Tests: tests/unit/process/test_quantities.py.
 
 import functools
 import inspect
+import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from types import NoneType, UnionType
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
+
+import numpy as np
 
 from astroinertia.errors import AstroinertiaError, SceneError
 
@@ -46,6 +49,13 @@ EXPONENTS = {
     "gravitational_parameter": (0, 3, -2),
     "accretion_rate": (1, 0, -1),
 }
+# How NumPy and JAX say that shapes do not go together.
+_OF_SHAPES = re.compile(
+    r"broadcast|shape mismatch|inhomogeneous|core dimension|einstein sum|einsum|remapped shapes|incompatible shapes"
+    r"|values to unpack|tuple index out of range|too many indices",
+    re.IGNORECASE,
+)
+_LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
@@ -62,9 +72,11 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
 
     Quantities of astropy, and text such as "3 km", become numbers in SI by the names of arguments (DIMENSIONS), also in
     tables and lists; a quantity of another dimension, or where a plain number is meant, is refused by the argument's
-    name. in_units: arguments that are in other units than SI, each with it ("Msun"), or None for one that takes plain
-    numbers alone. A default gravitational constant of 1 becomes that of SI where anything had a unit. What is wrong
-    with arguments is an InputError or InputTypeError, which are ValueError and TypeError, too.
+    name. So are complex numbers, truth values and masked entries where a physical quantity is meant. Lists of numbers
+    become arrays where an array is meant. in_units: arguments that are in other units than SI, each with it ("Msun"),
+    or None for one that takes plain numbers alone. A default gravitational constant of 1 becomes that of SI where
+    anything had a unit. What is wrong with arguments is an InputError or InputTypeError, which are ValueError
+    and TypeError, too; arrays whose shapes do not go together are named with these shapes.
     """
 
     def decorated(function: Any) -> Any:
@@ -75,12 +87,12 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
 
         @functools.wraps(function)
         def called(*args: Any, **options: Any) -> Any:
-            if any(map(_may_have_unit, args)) or any(map(_may_have_unit, options.values())):
+            if any(map(_needs_a_look, args)) or any(map(_needs_a_look, options.values())):
                 taken[:] = taken or [_Arguments(function, in_units)]
                 args, options = taken[0].in_si(args, options)
             try:
                 return function(*args, **options)
-            except (TypeError, ValueError, AttributeError) as error:
+            except (TypeError, ValueError, AttributeError, IndexError, ZeroDivisionError) as error:
                 if isinstance(error, AstroinertiaError) and not isinstance(error, InputTypeError):
                     raise
                 refusal = _refusal(function, args, options, error)
@@ -100,6 +112,9 @@ class _Arguments:
         self.signature, self.in_units = inspect.signature(function), in_units
         parameters = self.signature.parameters.items()
         self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation)}
+        self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
+        self.arrays = {name for name, parameter in parameters if parameter.annotation is Any}
+        self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
 
     def in_si(self, args: Any, options: Any) -> tuple[Any, Any]:
         """The arguments as numbers; SceneError names one that cannot be."""
@@ -112,6 +127,8 @@ class _Arguments:
         for name, value in before.items():
             bound.arguments[name] = self._number(name, value, units)
         changed = any(bound.arguments[name] is not value for name, value in before.items())
+        for name, value in bound.arguments.items():
+            bound.arguments[name] = self._real(name, value)
         gravity = self.signature.parameters.get("gravitational_constant")
         if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
@@ -137,6 +154,28 @@ class _Arguments:
             return self._said(name, lambda: units.in_unit(quantity, self.in_units[name]))
         return self._said(name, lambda: units.in_si(quantity, dimension))
 
+    def _real(self, name: str, value: Any) -> Any:
+        """The value, a list of numbers as an array where one is meant; InputError where a quantity cannot be so."""
+        if isinstance(value, list | tuple) and (name in self.arrays or _is_physical(name)):
+            try:
+                array = np.asarray(value)
+            except (ValueError, TypeError):  # rows of differing length, which some mean; of JAX, in a transformation
+                return value
+            value = array if name in self.arrays and array.dtype.kind in "iufcb" and array.size else value
+        if isinstance(value, bool | np.bool_) and (name in self.numbers or _is_physical(name)):
+            raise InputError(f"{name} must be a number, not {bool(value)}.")
+        if not _is_physical(name):
+            return value
+        kind = getattr(getattr(value, "dtype", None), "kind", None)
+        may_be_complex = name in self.complex or DIMENSIONS.get(name) == "rate"  # what dies away has such a frequency
+        if (isinstance(value, complex) or kind == "c") and not may_be_complex:
+            raise InputError(f"{name} must be real, not complex.")
+        if kind == "b":
+            raise InputError(f"{name} must be an array of numbers, not of True and False.")
+        if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+            raise InputError(f"{name} has masked entries; give those that are not, as of {name}.compressed().")
+        return value
+
     @staticmethod
     def _said(name: str, convert: Callable[[], Any]) -> Any:
         try:
@@ -152,6 +191,20 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _is_physical(name: str) -> bool:
+    return name in DIMENSIONS or name in EXPONENTS
+
+
+def _needs_a_look(value: Any) -> bool:
+    """Whether it may have a unit, is a list, or holds what is no plain real number; quick for numbers and arrays."""
+    made = type(value)
+    if made is float or made is int:
+        return False
+    if made is np.ndarray:
+        return value.dtype.kind not in "fiu"
+    return isinstance(value, _LOOKED_AT) or _may_have_unit(value)
 
 
 def _may_have_unit(value: Any) -> bool:
@@ -174,24 +227,55 @@ def _is_quantity(made: type) -> bool:
 def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneError | None:
     """The error to raise for one that a call ended with, where its arguments are to blame."""
     name = function.__qualname__.removesuffix(".__init__")
+    first = _first(error)
     of_value, of_text = type(error) is ValueError, "could not convert string to float" in str(error)
-    if of_value and not of_text:
+    of_shapes = isinstance(first, IndexError | ZeroDivisionError) or bool(_OF_SHAPES.search(str(first)))
+    if of_value and not of_text and not of_shapes:
         return InputError(str(error))
-    if isinstance(error, ValueError) and not of_text:
+    if isinstance(error, ValueError) and not of_text and not of_shapes:
         return None
     signature = inspect.signature(function)
     try:
         bound = signature.bind(*args, **options)
     except TypeError as wrong:
         return InputTypeError(f"{name}: {wrong}.")
-    if any(f"unexpected keyword argument '{key}'" in str(error) for key in options):  # passed on by the function
-        return InputTypeError(f"{name}: {str(error).partition('() ')[2]}.")
+    if any(f"unexpected keyword argument '{key}'" in str(first) for key in options):  # passed on by the function
+        return InputTypeError(f"{name}: {str(first).partition('() ')[2]}.")
     for key, value in bound.arguments.items():
         if of_text and isinstance(value, str) and repr(value) in str(error):
             return InputTypeError(f"{key} of {name} must be a number, not {value!r:.60}.")
         if (wanted := _wanted(signature.parameters[key], value)) is not None:
             return InputTypeError(f"{key} of {name} must be {wanted}, not {_kind(value)}.")
+    for key, value in bound.arguments.items():
+        if isinstance(value, str) and signature.parameters[key].annotation is Any:
+            return InputTypeError(f"{key} of {name} must be a number or an array, not {value!r:.60}.")
+    if of_shapes and (misfit := _misfit(signature, bound.arguments, function, first)) is not None:
+        return InputTypeError(f"{name} {misfit}.")
     return InputError(str(error)) if of_value else None
+
+
+def _first(error: BaseException) -> BaseException:
+    """What a refusal of a function within came from, or the error itself."""
+    while isinstance(error, InputTypeError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
+
+
+def _misfit(signature: Any, given: Mapping[str, Any], function: Any, error: BaseException) -> str | None:
+    """What is wrong with the shapes of arguments, or with a zero among them; None where nothing is known of that."""
+    if isinstance(error, ZeroDivisionError):
+        zeros = [key for key, value in given.items() if isinstance(value, float | int | np.number) and value == 0]
+        return f"divides by 0: {' or '.join(zeros)} must be another number" if zeros else None
+    for key, value in given.items():
+        if isinstance(value, list | tuple) and len({np.shape(row) for row in value}) > 1:
+            return f"needs rows of one length for {key}"
+    shapes = {key: np.shape(value) for key, value in given.items() if not isinstance(value, str) and _is_numeric(value)}
+    if not any(shape or signature.parameters[key].annotation is Any for key, shape in shapes.items()):
+        return None
+    meant = {key: re.search(rf"\b{key} (\([^()]*\))", inspect.getdoc(function) or "") for key in shapes}
+    stated = ", ".join(f"{key} {found[1]}" for key, found in meant.items() if found)
+    taken = ", ".join(f"{key} {shape}" for key, shape in shapes.items())
+    return f"does not take arrays of these shapes: {taken}" + (f"; it takes {stated}" if stated else "")
 
 
 def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
@@ -200,15 +284,25 @@ def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
         return None
     made = parameter.annotation
     kinds = get_args(made) if isinstance(made, UnionType) else (made,)
+    listed = [kind for kind in map(get_origin, kinds) if isinstance(kind, type) and issubclass(kind, Iterable)]
+    if listed and not _is_one_of(value, (*listed, *(kind for kind in kinds if isinstance(kind, type)))):
+        return "a table (a dict)" if all(issubclass(kind, Mapping) for kind in listed) else "a list"
     named = all(isinstance(kind, type) and kind not in (Any, object, parameter.empty) for kind in kinds)
-    physical = parameter.name in DIMENSIONS or parameter.name in EXPONENTS
-    if (named and isinstance(value, kinds)) or not (named or physical):
+    physical = _is_physical(parameter.name)
+    if (named and _is_one_of(value, kinds)) or not (named or physical):
         return None
-    numeric = physical or float in kinds or int in kinds
-    if numeric and _is_numeric(value):
+    single = named and set(kinds) <= {float, int, NoneType} and np.ndim(value) > 0
+    if (physical or float in kinds or int in kinds) and _is_numeric(value) and not single:
         return None
     words = {float: "a number", int: "a whole number", str: "text", bool: "True or False", NoneType: "None"}
     return " or ".join(words.get(kind, f"a {kind.__name__}") for kind in kinds) if named else "a number or an array"
+
+
+def _is_one_of(value: Any, kinds: tuple[type, ...]) -> bool:
+    try:
+        return isinstance(value, kinds)
+    except TypeError:  # of a protocol: what is plain is none
+        return not isinstance(value, str | float | int | list | tuple | dict | NoneType)
 
 
 def _is_numeric(value: Any) -> bool:

@@ -10,12 +10,14 @@ tests/unit/rotation/test_attitude.py.
 from typing import Any
 
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 _AXES = "xyz"
 
 
+@with_quantities()
 def cross_matrix(vector: Array) -> Array:
     """The antisymmetric matrix (..., 3, 3) with [v] x = v cross x, of vectors (..., 3).
 
@@ -31,6 +33,7 @@ def cross_matrix(vector: Array) -> Array:
     return xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+@with_quantities()
 def rotation(vector: Array) -> Array:
     """The rotation (..., 3, 3) about a rotation vector (..., 3): its direction is the axis, its length the angle.
 
@@ -52,6 +55,7 @@ def rotation(vector: Array) -> Array:
     return xp.eye(3, dtype=turn.dtype) + first * turn + second * (turn @ turn)
 
 
+@with_quantities()
 def rotation_vector(rotation: Array) -> Array:
     """The rotation vector (..., 3) of a rotation (..., 3, 3), of length 0 to pi; the inverse of `rotation`.
 
@@ -69,6 +73,7 @@ def rotation_vector(rotation: Array) -> Array:
     return xp.where(turns, 2.0 * xp.arctan2(sine, parameters[..., :1]) / sine, 2.0) * axial
 
 
+@with_quantities()
 def quaternion(attitude: Array) -> Array:
     """The unit quaternion (..., 4), scalar first and not negative, of an attitude (..., 3, 3).
 
@@ -96,6 +101,7 @@ def quaternion(attitude: Array) -> Array:
     return xp.where(row[..., :1] < 0, -row, row) / xp.sqrt((row**2).sum(-1, keepdims=True))
 
 
+@with_quantities()
 def attitude_of_quaternion(quaternion: Array) -> Array:
     """The attitude (..., 3, 3) of a quaternion (..., 4), scalar first, of any length but 0.
 
@@ -115,6 +121,7 @@ def attitude_of_quaternion(quaternion: Array) -> Array:
     return xp.eye(3, dtype=q.dtype) * (1.0 - 2.0 * square / size) + 2.0 * (outer - w * turn) / size
 
 
+@with_quantities()
 def quaternion_product(left: Array, right: Array) -> Array:
     """The quaternion (..., 4) of the rotation `right` followed by the rotation `left`, both in inertial axes.
 
@@ -130,6 +137,7 @@ def quaternion_product(left: Array, right: Array) -> Array:
     return xp.concatenate([scalar, w * u + s * v + xp.cross(v, u)], axis=-1)
 
 
+@with_quantities()
 def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     """The attitude (..., 3, 3) of Euler angles (..., 3), about the axes of the sequence as they have been turned.
 
@@ -149,6 +157,7 @@ def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     return xp.swapaxes(first @ second @ third, -1, -2)
 
 
+@with_quantities()
 def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     """The Euler angles (..., 3) of an attitude (..., 3, 3), about the axes of the sequence as they have been turned.
 
@@ -182,6 +191,7 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     return xp.stack([first, second, third], axis=-1)
 
 
+@with_quantities()
 def nearest_rotation(matrix: Array) -> Array:
     """The rotation nearest to a matrix (..., 3, 3) in the sum of squares; an attitude as much as a rotation.
 
@@ -198,6 +208,7 @@ def nearest_rotation(matrix: Array) -> Array:
     return (left * xp.stack([one, one, proper], axis=-1)[..., None, :]) @ right
 
 
+@with_quantities()
 def angle_between(one: Array, other: Array) -> Array:
     """The angle (...,), 0 to pi, of the rotation between two attitudes (..., 3, 3), to 1e-15 of a radian.
 
@@ -210,6 +221,7 @@ def angle_between(one: Array, other: Array) -> Array:
     return xp.sqrt((rotation_vector(xp.swapaxes(one, -1, -2) @ other) ** 2).sum(-1))
 
 
+@with_quantities()
 def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     """dA/dt = -[omega] A, (..., 3, 3), of an attitude and the angular velocity (..., 3) in body axes, in rad per time.
 
@@ -221,6 +233,7 @@ def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     return -cross_matrix(body_angular_velocity) @ attitude
 
 
+@with_quantities()
 def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     """The angular velocity (..., 3) in body axes of an attitude and its rate (..., 3, 3); undoes `attitude_rate`.
 

@@ -87,6 +87,7 @@ class Braking:
         return (np.array(self.shares) * indices**power * ratio**indices).sum(axis=-1)
 
 
+@with_quantities()
 def shares_of_index(braking_index: Array, lower: float = 1.0, upper: float = 3.0) -> tuple[Array, Array]:
     """The shares of two torques, of a lower and an upper index, that give a measured index between them.
 

@@ -37,6 +37,7 @@ class CassiniState(NamedTuple):
     frequency: float
 
 
+@with_quantities()
 def hansen_coefficient(eccentricity: float, p: float) -> float:
     """H(p, e) = X^(-3,2)_(2p), the strength of the spin-orbit resonance of p turns an orbit; 2p is an integer.
 

@@ -191,12 +191,15 @@ def shells_from_table(
     )  # fmt: skip
 
 
+@with_quantities()
 def mass_quadrature(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Shares of the mass inside `count` shells, rising in (0, 1), and the share that each has; they add up to 1.
 
     >>> print(f"{mass_quadrature(80)[1].sum():.12f}")
     1.000000000000
     """
+    if count < 1:
+        raise ValueError(f"the count of shells must be at least 1, not {count}")
     at = np.linspace(-_REACH, _REACH, count)
     inner = 0.5 * math.pi * np.sinh(at)
     # 1/(1 + e^-2x), written so that neither tail is rounded away.

@@ -16,6 +16,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT, STEFAN_BOLTZMANN_CONSTANT
 Array = Any
 
 
+@with_quantities()
 def binding_factor(index: Array, gamma: Array = 5 / 3) -> Array:
     """w of the total energy -w G M^2/R: 3/7 for n = 1.5 and gamma = 5/3; 0 and below, the body does not hold together.
 
@@ -24,8 +25,10 @@ def binding_factor(index: Array, gamma: Array = 5 / 3) -> Array:
     >>> print(f"{binding_factor(1.5):.4f}")  # of G M^2/R: (3 gamma - 4)/(3 gamma - 3) times 3/(5 - n)
     0.4286
     """
-    gamma = np.asarray(gamma, dtype=float)
-    return (3 * gamma - 4) / ((gamma - 1) * (5 - np.asarray(index, dtype=float)))
+    index, gamma = np.asarray(index, dtype=float), np.asarray(gamma, dtype=float)
+    if not ((index >= 0) & (index < 5)).all():
+        raise ValueError("the index of a polytrope of finite radius must be from 0 to below 5")
+    return (3 * gamma - 4) / ((gamma - 1) * (5 - index))
 
 
 @with_quantities()

@@ -45,7 +45,7 @@ def exact(value: Number) -> Fraction:
     try:
         return Fraction(value if isinstance(value, str | Rational | Decimal) else float(value))
     except (ValueError, OverflowError, TypeError):
-        raise ValueError(f"needs finite numbers, not {value!r}") from None
+        raise ValueError(f"moments, rates and angles of a top must be finite numbers, not {value!r:.60}") from None
 
 
 def decimal(value: Fraction) -> Decimal:

@@ -93,6 +93,7 @@ def free_motion(inertia: Array, angular_velocity: Array, times: Array) -> FreeMo
     return FreeMotion(rates, rotated(np.diag(moments), back), turned)
 
 
+@with_quantities()
 def precession_rate(top: FreeTop) -> float:
     """The mean rate, in rad per time and positive, at which the axis c goes around the angular momentum.
 
@@ -110,6 +111,7 @@ def precession_rate(top: FreeTop) -> float:
         return float(_mean_rate(top))
 
 
+@with_quantities()
 def precession_per_period(top: FreeTop) -> float:
     """The angle, in rad, by which the attitude has turned about L when the angular velocity has returned in the body.
 

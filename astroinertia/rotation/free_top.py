@@ -149,6 +149,7 @@ def angular_velocity(top: FreeTop, times: Array) -> np.ndarray:
     return (np.stack(elliptic_functions(top, times), axis=-1) * top.amplitudes) @ top.frame
 
 
+@with_quantities()
 def period(top: FreeTop) -> float:
     """The period 4K/(du/dt) of the angular velocity in the body: infinite on the separatrix, NaN of a steady rotation.
 
@@ -164,6 +165,7 @@ def period(top: FreeTop) -> float:
         return float(4 * top.modulus.quarter / top.argument_rate)
 
 
+@with_quantities()
 def wobble_rate(top: FreeTop) -> float:
     """The mean rate 2 pi/period, in rad per time, at which the angular velocity circles its axis in the body.
 

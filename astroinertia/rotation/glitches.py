@@ -61,6 +61,7 @@ def coupled_history(
     return TwoComponents(mean + superfluid_share * lag, mean - crust_share * lag)
 
 
+@with_quantities()
 def healing_parameter(superfluid_share: Array) -> Array:
     """Q = I_s/I: the part of a jump of the crust alone that decays again, as the superfluid catches up.
 
@@ -83,6 +84,7 @@ def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, 
     return jump * (1 + np.asarray(healing) * np.expm1(-times / relaxation_time)) + np.asarray(lasting_rate) * times
 
 
+@with_quantities()
 def starquake_moment_change(relative_jump: Array) -> Array:
     """Delta I/I of a crust that cracks and settles at fixed L, for a jump Delta Omega/Omega: 1/(1 + jump) - 1.
 

@@ -184,6 +184,7 @@ def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.
     return np.stack([turned.real, turned.imag, np.full(times.shape, top.spin)], axis=-1)
 
 
+@with_quantities()
 def nutation_period(top: HeavyTop) -> float:
     """The time after which the tilt repeats, 2K/(du/dt); infinite where the top rises to the vertical for ever.
 
@@ -198,6 +199,7 @@ def nutation_period(top: HeavyTop) -> float:
         return float(2 * top.modulus.quarter / top.argument_rate) if top.argument_rate else math.inf
 
 
+@with_quantities()
 def tilt_range(top: HeavyTop) -> tuple[float, float]:
     """The least and the greatest tilt.
 
@@ -211,6 +213,7 @@ def tilt_range(top: HeavyTop) -> tuple[float, float]:
         return 2.0 * math.asin(float(highest)), 2.0 * math.acos(float(lowest))
 
 
+@with_quantities()
 def precession_rate(top: HeavyTop) -> float:
     """The mean rate d phi/dt, in rad per time.
 

@@ -66,6 +66,8 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
     >>> print((curve**2 @ [1, 2, 3]).round(12))  # all of one energy
     [2.04 2.04 2.04 2.04 2.04]
     """
+    if points < 1:
+        raise ValueError(f"points of a polhode must be at least 1, not {points}")
     if top.motion == "steady":
         return np.tile(angular_velocity(top, 0.0), (points, 1))
     if top.modulus is None:
@@ -92,6 +94,7 @@ def herpolhode(top: FreeTop, times: Array, start: Array | None = None) -> np.nda
     return (turned @ angular_velocity(top, times)[..., None])[..., 0]
 
 
+@with_quantities()
 def herpolhode_radii(top: FreeTop) -> tuple[float, float]:
     """The least and the greatest component of the angular velocity across L, in rad per time.
 
@@ -150,6 +153,7 @@ def separatrix_angle(top: FreeTop, times: Array = 0.0) -> np.ndarray:
     return np.arcsin(np.minimum(distance / whole, 1.0))
 
 
+@with_quantities()
 def flip_interval(top: FreeTop) -> float:
     """The time between reversals of the component along the intermediate axis, half of `free_top.period`.
 
@@ -167,6 +171,7 @@ def flip_interval(top: FreeTop) -> float:
         return float(2 * top.modulus.quarter / top.argument_rate)
 
 
+@with_quantities()
 def flip_times(top: FreeTop, end: float) -> np.ndarray:
     """The times from 0 to `end` at which the component along the intermediate axis passes through 0.
 

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
+from astroinertia.errors import UnlistedError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 
 KINDS = ("ordinary", "recycled", "magnetar", "isolated")
@@ -52,8 +54,9 @@ def pulsars() -> tuple[Pulsar, ...]:
     )
 
 
+@with_quantities()
 def pulsar(name: str) -> Pulsar:
-    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; KeyError where the table has none of it.
+    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; UnlistedError where the table has none of it.
 
     >>> print(f'{1e3 * pulsar("Crab").period:.1f} ms, n = {pulsar("Crab").braking_index}')
     33.4 ms, n = 2.51
@@ -61,4 +64,4 @@ def pulsar(name: str) -> Pulsar:
     for row in pulsars():
         if name.lower() in (row.name.lower(), row.jname.lower()):
             return row
-    raise KeyError(f"the table has no pulsar {name!r}")
+    raise UnlistedError(f"the table has no pulsar {name!r}")

@@ -26,6 +26,7 @@ class NodeModes(NamedTuple):
     phases: np.ndarray
 
 
+@with_quantities()
 def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     """b_s^(j)(ratio) = (1/pi) int_0^(2 pi) cos(j psi)/(1 - 2 ratio cos psi + ratio^2)^s dpsi, to round-off.
 

@@ -51,6 +51,7 @@ def asphericity(moments: Array) -> Array:
     return np.sqrt(3 * (ordered[..., 1] - ordered[..., 0]) / ordered[..., 2])
 
 
+@with_quantities()
 def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> float:
     """The largest |theta' - p n|/n inside the resonance of p turns an orbit, omega_0 |H(p, e)|^(1/2).
 
@@ -63,6 +64,7 @@ def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> f
     return asphericity * np.sqrt(abs(hansen_coefficient(eccentricity, p)))
 
 
+@with_quantities()
 def overlap_asphericity(eccentricity: float) -> float:
     """The omega_0 above which the resonances 1:1 and 3:2 touch and chaos is wide, by Chirikov's criterion.
 
@@ -75,6 +77,7 @@ def overlap_asphericity(eccentricity: float) -> float:
     return 0.5 / sum(np.sqrt(abs(hansen_coefficient(eccentricity, p))) for p in (1, 1.5))
 
 
+@with_quantities()
 def tidal_equilibrium_rate(eccentricity: float) -> float:
     """theta'/n at which a tide that grows with its frequency (constant time lag) has no mean torque.
 

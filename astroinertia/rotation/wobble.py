@@ -242,6 +242,7 @@ def _referred(number: float) -> float:
     return float(number) * float(prem().mean_radius / earth.adopted("j2").radius) ** 5
 
 
+@with_quantities()
 def ocean_love_number(love_number: float | None = None) -> float:
     """What oceans in equilibrium with the pole tide add to k2: 0.0450, the mean of 0.0503 about m1 and 0.0398 about m2.
 
@@ -293,6 +294,7 @@ def mantle_share() -> float:
     return float(1 - shells[:core].sum() / shells.sum())
 
 
+@with_quantities()
 def chandler_wobble(love_number: float | None = None) -> Chandler:
     """The Earth's free wobble with each cause by name, in the order of `shares`, each on top of those before it.
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
+from astroinertia.errors import SceneError
 from astroinertia.scene.companions import Companion
 from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
 from astroinertia.scene.further_pressure import further_pressure
@@ -38,11 +39,15 @@ def characteristic(scene: Scene) -> Characteristic:
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body) + (body.expansion(body.mass, body.radius, constant) if body.homologous else 0.0),
     }
-    numbers |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
-    if body.mass is None:
+    if body.kind == "table" and scene.origin is not None and body.rotation is None and not _gradient(body).any():
+        numbers |= _of_table(scene)
+    else:
+        numbers |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
+    mass = numbers.get("mass", body.mass)
+    if mass is None:
         numbers["neighbours"] = None if scene.companions else ()
     else:
-        numbers["neighbours"] = _neighbours(scene, constant, body.mass)
+        numbers["neighbours"] = _neighbours(scene, constant, mass)
     if scene.bodies:
         numbers |= _several(scene)
     return Characteristic(**numbers)
@@ -92,6 +97,15 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
     numbers["fallen"] = float(weights[falls <= scene.time.end].sum())
     return numbers
+
+
+def _of_table(scene: Scene) -> dict[str, Any]:
+    from astroinertia.scene.table_numbers import of_table  # only where there is a file to open
+
+    try:
+        return of_table(scene)
+    except (SceneError, OSError, ArithmeticError, np.linalg.LinAlgError):  # said where the body is made
+        return {}
 
 
 def _forwards(star: Any) -> Any:

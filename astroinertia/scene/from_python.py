@@ -5,6 +5,7 @@ Tests: tests/unit/scene/test_from_python.py.
 
 import os
 from collections.abc import Mapping
+from datetime import timedelta
 from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
@@ -133,6 +134,10 @@ def _plain(value: Any, path: Path) -> Any:
     if quantity is not None:
         _refuse_many(quantity, path)
         return written_quantity(quantity)
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise Problem(path, ": has masked entries; a scene needs all of them.")
+    if isinstance(value, np.timedelta64 | timedelta):
+        raise Problem(path, f': must be text or a quantity with a unit, such as "3 s", not {kind_of(value)}.')
     if isinstance(value, Integral) and abs(int(value)) < LARGEST_INTEGER:
         return int(value)
     if isinstance(value, Real | Decimal):

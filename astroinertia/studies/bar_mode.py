@@ -47,6 +47,7 @@ def bar_growth(dataset: xr.Dataset, low: float = 0.05, high: float = 0.15) -> Ba
     return BarGrowth(rate, pattern, float(time[chosen][0]), float(time[chosen][-1]))
 
 
+@with_quantities()
 def bar_of_liquid(star: RotatingStar) -> tuple[float, float]:
     """Return growth rate and pattern speed of the bar of the Maclaurin spheroid with a star's T/|W|, W and I_zz.
 

@@ -18,6 +18,7 @@ from astroinertia.bodies.clairaut import love_number
 from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_radii
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.core_model_error import matter_as_dense
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -40,6 +41,7 @@ class CompressedCore:
     love_number: float
 
 
+@with_quantities()
 def compressed_core(
     one: SolarSystemBody, ratio_row: int = 0, core_material: Any = None, mantle_material: Any = None
 ) -> CompressedCore:

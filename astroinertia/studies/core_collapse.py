@@ -52,6 +52,7 @@ _SAME_RADIUS = 1e-4  # from step to step, which leaves a thousandth of that
 _CLEAR = 0.05  # of the greatest density: what a maximum stands out by
 _REBOUND = 1.0 / 3.0  # of the density at bounce: a core that falls below has bounced as a whole
 _AGAIN = 3.0  # times its least density: a core that reaches it falls again
+_FEWEST = 16  # particles that a scene may have
 _CORE = 0.1  # of the nuclear density: what is denser at bounce is the core that bounces
 _NEAR = 0.005  # s, about the bounce, in which its signal is looked for
 
@@ -73,6 +74,7 @@ class CoreModel:
         return slow if self.rotation < ROTATIONS["B4"] else 2.0 * slow
 
 
+@with_quantities()
 def core_model(name: str) -> CoreModel:
     """Return a model by its name, "A1B3G3", "A1B3G15", or "G3" for the core at rest; SceneError for another name.
 
@@ -128,8 +130,11 @@ def _unit_star(model: CoreModel, radius: float) -> RotatingStar:
     return rotating_star_with("rotational_to_gravitational", model.rotation, polytropic_matter(INDEX), law)
 
 
+@with_quantities()
 def core_scene(name: str, particles: int = 3000, end: float | None = None) -> str:
     """Return the scene of a model as TOML text, to be run as it stands; end in s."""
+    if isinstance(particles, float) or particles < _FEWEST:
+        raise ValueError(f"particles must be a whole number of at least {_FEWEST}, not {particles}")
     model = core_model(name)
     mass, radius, ratio = initial_star(model)
     gamma = model.gamma_1

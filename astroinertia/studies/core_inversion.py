@@ -14,6 +14,7 @@ import numpy as np
 
 from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
 from astroinertia.bodies.planets import Published, SolarSystemBody
+from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
 
 DRAWS = 20000
@@ -49,6 +50,7 @@ class CoreInversion:
 NOTHING = CoreInversion(*[np.nan] * 8, assumed="")
 
 
+@with_quantities()
 def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS) -> CoreInversion:
     """Return the core of a body from its published moment ratio and what the table assumes for it.
 
@@ -100,6 +102,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     )
 
 
+@with_quantities()
 def assumed_layers(one: SolarSystemBody) -> tuple[str, Published, tuple[Published, Published] | None] | None:
     """Return which density the table assumes for a body, that density, and thickness and density of a crust, if any.
 

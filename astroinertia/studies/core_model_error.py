@@ -94,6 +94,7 @@ def core_model_error(
     return CoreModelError(*(mean_radius * (core - uniform) for core in cores))
 
 
+@with_quantities()
 def model_error_of(one: SolarSystemBody, ratio_row: int = 0) -> CoreModelError:
     """Return the same for what the table assumes of a body and one of its published ratios, the adopted one first.
 

@@ -92,7 +92,8 @@ def rotating_sequence(
     return dataset
 
 
-def flattening(names: Iterable[str] | None = None) -> xr.Dataset:
+@with_quantities()
+def flattening(names: Iterable[str] | str | None = None) -> xr.Dataset:
     """Return measured flattening and J2 beside those of hydrostatic models that spin as fast, along `body`.
 
     Models: a uniform body, the uniform layers of `core_inversion`, and the polytrope with the same moment ratio; NaN
@@ -104,7 +105,7 @@ def flattening(names: Iterable[str] | None = None) -> xr.Dataset:
     >>> print([f"{1 / float(earth[name]):.0f}" for name in ("flattening_measured", "flattening_layers")])
     ['298', '300']
     """
-    chosen = list(FREE if names is None else names)
+    chosen = [names] if isinstance(names, str) else list(FREE if names is None else names)
     for name in chosen:
         if name.lower() in (listed.lower() for listed in SYNCHRONOUS):
             raise SceneError(f"{name} is held synchronous by tides, which stretch it along a third axis")

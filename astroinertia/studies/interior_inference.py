@@ -17,6 +17,7 @@ import xarray as xr
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.moment_ratio import fluid_love_number, synchronous_share
 from astroinertia.studies.sampling import sample
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
@@ -71,6 +72,7 @@ class Uniform:
         return generator.uniform(self.low, self.high, count)
 
 
+@with_quantities()
 def infer_interior(
     observed: Mapping[str, Gaussian],
     assumed: Mapping[str, Gaussian | Uniform],
@@ -141,12 +143,15 @@ def infer_interior(
     return posterior
 
 
+@with_quantities()
 def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) -> xr.Dataset:
     """Return the posterior of a body of the table from its mass, radius and `use`, with what the table assumes.
 
     use: "moment_ratio" (the adopted one), "love_number" (the fluid k2 that J2 or C22 stands for in equilibrium), or
     both. settings: as for `infer_interior`. SceneError for a body without these, or for which nothing is assumed.
     """
+    if isinstance(use, str):
+        raise SceneError(f"use must be a list of quantities, such as [{use!r:.60}], not text")
     one = body(name)
     assumed = _assumptions(one)
     observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}

@@ -111,6 +111,7 @@ def two_layer_sweep(
     return family
 
 
+@with_quantities()
 def polytropes(indices: Iterable[float] = _INDICES) -> xr.Dataset:
     """Return I/(M R^2) and rho_c over the mean density of polytropes along `index`, 0 <= n < 5.
 
@@ -154,6 +155,7 @@ def _sequence() -> dict[str, np.ndarray]:
     return computed
 
 
+@with_quantities()
 def polytropic_index(ratio) -> np.ndarray:
     """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5).
 
@@ -165,6 +167,7 @@ def polytropic_index(ratio) -> np.ndarray:
     return np.where(possible, _splines()[0](np.where(possible, np.minimum(ratio, UNIFORM), UNIFORM)), np.nan)
 
 
+@with_quantities()
 def fluid_love_number(one: SolarSystemBody) -> float:
     """Return the fluid k2 that J2 (and C22, where tides act) of a body stands for if it is in equilibrium, else NaN.
 
@@ -185,6 +188,7 @@ def fluid_love_number(one: SolarSystemBody) -> float:
     return love if love <= _HOMOGENEOUS_LOVE_NUMBER else np.nan
 
 
+@with_quantities()
 def hydrostatic_moment_ratio(love_number: float) -> float:
     """Return I/(M R^2) of a fluid body with this k2: Radau-Darwin down to 0.75, below the polytrope with this k2.
 
@@ -209,6 +213,7 @@ def _index_by_love_number() -> CubicSpline:
     return CubicSpline(logs[::-1], np.array(_CONDENSED)[::-1])
 
 
+@with_quantities()
 def synchronous_share(one: SolarSystemBody) -> float:
     """Return 5/2 for a synchronous moon, whose J2 tides make that much larger than its spin alone would, else 1.
 
@@ -218,10 +223,11 @@ def synchronous_share(one: SolarSystemBody) -> float:
     return 2.5 if one.name in SYNCHRONOUS else 1.0
 
 
-def moment_ratio(names: Iterable[str | SolarSystemBody] | None = None) -> xr.Dataset:
+@with_quantities()
+def moment_ratio(names: Iterable[str | SolarSystemBody] | str | SolarSystemBody | None = None) -> xr.Dataset:
     """Return published moment ratios of bodies (all of the table unless named) beside those of models, along `body`.
 
-    A name may be a body itself, as `own_body` makes one.
+    A name may be a body itself, as `own_body` makes one; a single one need not be in a list.
 
     All ratios are of the mean moment for the mean radius; `published_*` is what the source says, for its own radius and
     moment. SI units. Lows and highs are the 16th and 84th percentile of the errors carried through the inversion.
@@ -230,9 +236,8 @@ def moment_ratio(names: Iterable[str | SolarSystemBody] | None = None) -> xr.Dat
     >>> print(moment_ratio(["Earth", "Mars"]).moment_ratio.values.round(4))  # that of Mars is the larger one
     [0.3307 0.3643]
     """
-    bodies = [
-        one if isinstance(one, SolarSystemBody) else body(one) for one in (solar_system() if names is None else names)
-    ]
+    listed = [names] if isinstance(names, str | SolarSystemBody) else solar_system() if names is None else names
+    bodies = [one if isinstance(one, SolarSystemBody) else body(one) for one in listed]
     return xr.Dataset(
         of_rows("body", map(_column, bodies), _VARIABLES),
         {"body": [one.name for one in bodies]},

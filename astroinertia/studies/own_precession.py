@@ -221,6 +221,8 @@ def _ring(inner: _Orbit, outer: _Orbit) -> float:
 
 
 def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:
+    if not isinstance(companion, Mapping):
+        raise SceneError(f"precession_of: companions must be a list of tables (dicts), not {companion!r:.60}")
     name = str(companion.get("name", number + 1))
     if unknown := [key for key in companion if key not in _KEYS]:
         raise SceneError(

@@ -11,12 +11,14 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.quantities import with_quantities
 
 R_HAT_LIMIT = 1.01  # Vehtari et al. 2021, Bayesian Analysis 16, 667
 QUANTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 LEAST_AUTOCORRELATION_TIMES = 50  # draws of a chain over the time: below, emcee's estimate of it is not to be trusted
 
 
+@with_quantities()
 def sample(
     log_probability: Callable[[np.ndarray], np.ndarray],
     start: Callable[[np.random.Generator, int], np.ndarray],
@@ -77,6 +79,7 @@ def sample(
     )
 
 
+@with_quantities()
 def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """Return, for each of `names`, autocorrelation time (draws), effective number of samples, R-hat and `converged`.
 
@@ -99,6 +102,7 @@ def diagnostics(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     return dataset
 
 
+@with_quantities()
 def r_hat(values: np.ndarray) -> float:
     """Return R-hat of values (chain, walker, draw): each chain in two halves, all walkers of a half together.
 
@@ -115,6 +119,7 @@ def r_hat(values: np.ndarray) -> float:
     return float(np.sqrt((count - 1) / count + between / within))
 
 
+@with_quantities()
 def summary(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """Return mean, standard deviation and the quantiles 0.05, 0.16, 0.5, 0.84, 0.95 of each of `names`.
 

@@ -76,6 +76,7 @@ def cases() -> tuple[Case, ...]:
     )
 
 
+@with_quantities()
 def spin_up(
     scene: Scene | str | PathLike[str],
     model: str | None = None,
@@ -104,6 +105,7 @@ def spin_up(
         return with_limits(datasets.open(run_scene(chosen, Path(place) / chosen.name)), shedding)
 
 
+@with_quantities()
 @with_absent
 def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
     """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them.
@@ -114,6 +116,7 @@ def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
     return dataset.assign(dataset.inertia.rotation_limits(shedding).data_vars)
 
 
+@with_quantities()
 def period_against_radius(chosen: Iterable[Case] | None = None) -> xr.Dataset:
     """Return period, Kepler and shedding period along shrinking radius, dimensions case and step.
 

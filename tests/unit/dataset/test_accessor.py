@@ -11,8 +11,10 @@ import xarray as xr
 from astropy import units as u
 
 from astroinertia import dataset, plots
+from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.dataset.accessor import OPTIONS, InertiaAccessor
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
+from astroinertia.matter.barotropes import polytropic_matter
 from tests.unit.affine_body import METADATA, affine_run
 
 PUBLIC = [name for name in vars(InertiaAccessor) if not name.startswith("_")]
@@ -104,7 +106,39 @@ def test_the_mean_angular_velocity_of_a_body_whose_axis_moves_is_its_size(ds: xr
     rate = top.inertia.spin_rate()
     np.testing.assert_allclose(rate, size, rtol=1e-14)
     assert "whose axis moves" in rate.attrs["long_name"] and "whose axis moves" in plots.summary(top)
+    # An axis that precesses a little takes its spin along: along where it was first, that would seem to fall.
+    little = 0.03 * angle / np.pi
+    axis = np.stack([np.sin(little), np.zeros_like(little), np.cos(little)], axis=1)
+    momentum = sizes["angular_momentum"] * axis
+    inertia = np.broadcast_to(np.diag([1.0, 1.0, 2.0]), (len(angle), 3, 3))
+    turned = {"angular_momentum": (("time", "i"), momentum), "inertia_tensor": (("time", "i", "j"), inertia)}
+    planet = ds.assign({name: (*made, ds[name].attrs) for name, made in turned.items()})
+    along = np.einsum("ti,tij,tj->t", axis, inertia, axis)
+    np.testing.assert_allclose(planet.inertia.spin_rate(), sizes["angular_momentum"] / along, rtol=1e-14)
+    np.testing.assert_allclose(planet.inertia.spin_scaling(), planet.inertia.spin_rate(), rtol=1e-14)
     # A torque that stops a spin and turns it back leaves the axis where it was: there the sign says something.
     vectors = {name: scale * np.outer(np.cos(angle), [0.0, 0.0, 1.0]) for name, scale in sizes.items()}
     back = ds.assign({name: (("time", "i"), vector, ds[name].attrs) for name, vector in vectors.items()})
     assert back.inertia.spin_rate()[0] > 0.0 > back.inertia.spin_rate()[-1]
+
+
+@pytest.mark.parametrize("asked", [0.3, 0.8, 0.97])
+def test_a_star_that_turns_so_fast_is_said_to_turn_so_fast(ds: xr.Dataset, asked: float) -> None:
+    """The exact star of 80 % of break-up has that fraction by its equator and J2, and sheds no mass."""
+    star = rotating_star_with("breakup_fraction", asked, polytropic_matter(1.5), mass=2e30, equatorial_radius=7e8,
+                              gravitational_constant=ds.attrs["gravitational_constant"])  # fmt: skip
+    second = (star.polar_moment - star.equatorial_moment) / (star.mass * star.mean_radius**2)
+    series = {
+        "mass": star.mass, "surface_equatorial_radius": star.equatorial_radius, "zonal_harmonic_2": second,
+        "surface_mean_radius": star.mean_radius, "rotational_to_gravitational": star.rotational_to_gravitational,
+    }  # fmt: skip
+    turning = ds.assign({name: xr.full_like(ds[name], value) for name, value in series.items()})
+    turning["angular_velocity"] = xr.zeros_like(ds["angular_velocity"]) + xr.DataArray(
+        [0.0, 0.0, star.angular_velocity], dims="i"
+    )
+    turning["zonal_harmonic_2"].attrs["radius"] = "surface_mean_radius"
+    limits = turning.inertia.rotation_limits()
+    np.testing.assert_allclose(limits.breakup_fraction, asked, rtol=0.012)
+    assert not limits.sheds_mass.any()
+    faster = turning.assign(angular_velocity=turning["angular_velocity"] * 1.02 / asked)
+    assert faster.assign_attrs(model="sph").inertia.rotation_limits().sheds_mass.all()

@@ -247,6 +247,47 @@ def test_curves_that_lie_on_each_other_are_all_seen(series):
         assert (abs(image - wanted).max(axis=-1) < 12).sum() > 60, colour
 
 
+@pytest.mark.parametrize(("turns", "drift", "band"), [(20, 0.0, False), (900, 0.0, True), (900, 1e3, False)])
+def test_a_curve_that_fills_its_panel_is_the_band_between_its_extremes(turns, drift, band):
+    """One that turns often within its own width stays a line; the band has both bounds all along."""
+    axes = matplotlib.figure.Figure().subplots()
+    times = np.linspace(0.0, 1.0, 4000)
+    style.curve(axes, times, np.sin(2 * np.pi * turns * times) + drift * times, color="red", label="wobble")
+    assert (len(axes.collections), len(axes.lines)) == ((1, 0) if band else (0, 1))
+    assert axes.get_legend_handles_labels()[1] == ["wobble"]
+    if band:
+        low, high = axes.collections[0].get_paths()[0].get_extents().get_points()
+        np.testing.assert_allclose([low, high], [[0.0, -1.0], [1.0, 1.0]], atol=1e-3)
+
+
+def test_panels_share_an_axis_of_time_also_where_the_last_is_empty(series):
+    """Angular momentum that effects give to round-off: the panel says so in little room, and keeps its times."""
+    nothing = series.assign(mixed_impulse=1e-40 * series["mixed_impulse"] + 1e-60)
+    figure = pictures.FIGURES["ledger"](nothing)
+    figure.canvas.draw()
+    top, last = figure.axes[0], figure.axes[-1]
+    assert "to round-off" in last.texts[0].get_text() and not len(last.get_yticks())
+    assert len(last.get_xticks()) > 2 and last.get_xlim() == top.get_xlim()
+    assert last.get_position().height < 0.4 * top.get_position().height
+    assert_legible(figure)
+
+
+def test_a_spin_that_changes_by_round_off_is_flat(series):
+    noise = 1.0 + 1e-14 * np.sin(np.arange(series.sizes["time"]))
+    steady = series.assign(
+        {
+            name: series[name].isel(time=[0] * len(noise)).assign_coords(time=series.time)
+            for name in ("inertia_tensor", "angular_velocity", "mean_radius", "principal_moments", "spin_axis")
+        }
+    )
+    momentum = series["angular_momentum"].isel(time=[0] * len(noise)).assign_coords(time=series.time)
+    figure = pictures.FIGURES["spin"](
+        steady.assign(angular_momentum=(momentum * xr.DataArray(noise, dims="time")).assign_attrs(momentum.attrs))
+    )
+    low, high = figure.axes[0].get_ylim()
+    assert 1.01 < high / low < 1.03
+
+
 @pytest.mark.parametrize(("records", "few"), [(9, True), (200, False)])
 def test_waves_of_too_few_records_are_marked(records, few, series):
     phase = np.linspace(0.0, 6 * np.pi, records)
