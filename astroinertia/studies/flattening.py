@@ -78,7 +78,7 @@ def rotating_sequence(
         rows = [_figure(solver, float(rate)) for rate in rates]
     except ValueError as error:
         raise SceneError(str(error)) from error
-    columns = zip(_QUANTITIES.items(), np.transpose(rows), strict=True)
+    columns = zip(_QUANTITIES.items(), np.array(rows).T, strict=True)
     dataset = xr.Dataset(
         variables("small_m", {name: (column, "1", text) for (name, text), column in columns}),
         variables("small_m", {"small_m": (rates, "1", "Omega^2 R^3/(G M)")}),
