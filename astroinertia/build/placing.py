@@ -28,7 +28,8 @@ from astroinertia.units import CodeUnits
 _DENSITY_ERROR = 0.12
 _LAYERED_DENSITY_ERROR = 0.2  # more where the density jumps, which smoothing spreads over a few layers of particles
 _FALLING_DENSITY_ERROR = 0.2  # a gas of exponent 4/3 yields to what smoothing does
-_FALLING_RESIDUAL = 5e-4  # of gravity, in a collapse, which lets what is left of the noise grow
+_FALLING_RESIDUAL = 2.5e-4  # of gravity, in a collapse, which lets what is left grow
+_FALLING_STEPS = 6000  # at most: so small a residual takes 900 steps with 300 particles, 1500 with 1000
 _STABLE_GAMMA = 5.0 / 3.0  # of the gas in which bodies settle, at least
 
 
@@ -183,6 +184,7 @@ def _settled_core(
         tolerances=relaxation.Tolerances(
             residual=_FALLING_RESIDUAL, density_error=_density_error(_FALLING_DENSITY_ERROR, len(mass))
         ),
+        max_steps=_FALLING_STEPS,
         infall=core.deceleration,
     )  # fmt: skip
     return relaxed.position, relaxed.velocity, relaxed.report.pressure
