@@ -150,7 +150,7 @@ def test_three_placements_leave_one_planet_and_discs_that_differ(tmp_path, resul
     Among three spin periods differ by 3 to 9 %, moment ratios by 0.3 to 0.5 %. The mean of three discs is held to three
     of its standard errors by the largest scatter.
     """
-    periods, ratios, discs, errors = [], [], [], []
+    periods, ratios, discs = [], [], []
     for seed in (1, 2, 3):
         seeds = (f"bodies.0.seed={seed}", f"bodies.1.seed={seed + 100}")
         series, left, last = after(1000, "24 h", tmp_path / str(seed), *seeds, *settings)
@@ -160,15 +160,23 @@ def test_three_placements_leave_one_planet_and_discs_that_differ(tmp_path, resul
         ratios.append(left.moment_ratio)
         discs.append(float(mass[left.disc].sum() / LUNAR))
         assert (material[left.disc] == 1).mean() > 0.9
-        errors.append(of_body(last, left, at_rest_with_its_heat(last, left.body)))
-    means = {name: float(np.mean([each[name] for each in errors])) for name in errors[0]}
-    result(period_hours=periods, moment_ratio=ratios, disc_lunar_masses=discs, against_own_planet=list(means.values()))
-    # Of one placement 0.010 and 0.061, of 3000 particles 0.020 and 0.049; that it turns makes some 0.003 of it. Factors
-    # of the full surface stay with particles that the impact has moved.
-    assert (abs(means["ratio"]) < 0.03) == (not settings)
+    result(period_hours=periods, moment_ratio=ratios, disc_lunar_masses=discs)
     assert np.ptp(periods) < 0.2 * np.mean(periods)
     assert np.ptp(ratios) < 0.01 * np.mean(ratios)
     assert np.mean(discs) == pytest.approx(1.75, abs=1.3)
+
+
+@pytest.mark.full(inputs=["sims/giant_impact.toml"])
+@pytest.mark.parametrize(("settings", "ratio"), [((), 0.010), (CORRECTED, 0.061)], ids=["smoothed", "corrected"])
+def test_what_is_left_is_the_layered_planet_of_its_own_heat_without_corrections(tmp_path, result, settings, ratio):
+    """1000 particles: I/(M R^2) 1.0 % above that planet's, 6.1 % with corrections; with 3000 2.0 and 4.9 %.
+
+    That it turns makes some 0.3 % of it. Factors of the full surface stay with particles that the impact has moved.
+    """
+    _, left, last = after(1000, "24 h", tmp_path / "run", *settings)
+    errors = of_body(last, left, at_rest_with_its_heat(last, left.body))
+    result(**errors)
+    assert errors["ratio"] == pytest.approx(ratio, abs=0.02)
 
 
 def alone(count, *settings):
