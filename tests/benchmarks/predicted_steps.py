@@ -46,8 +46,7 @@ OF_CLOUD = 400, 30  # particles, and steps of theirs that give the machine's pac
 WITHIN = 1.5
 NOTE = """\
 Ratios are taken over predicted, which is multiplied with the pace of the machine at that time. Times are of the
-processor, of one thread. Every run is a first one, with empty caches. Rows without the time of a run were measured
-before, on a quiet machine, their steps alone; the one of 3000 particles on two threads.
+processor, of one thread. Every run is a first one, with empty caches.
 
 """
 
@@ -199,7 +198,7 @@ def main() -> None:
         print(json.dumps(followed(chosen.follow, chosen.particles)))
         return
     rows = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for name in sorted(path.stem for path in SIMS.glob("*.toml")):
+    for name in sorted(path.stem for path in SIMS.glob("*.toml") if "[sweep" not in path.read_text()):
         if chosen.predict_only or not any(word in name for word in chosen.only):
             continue
         row = row_of(name, chosen.particles)
