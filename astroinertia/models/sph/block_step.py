@@ -88,7 +88,7 @@ def step(
         base = towards(remaining, longest)
         if rung is None:
             base, rung = _chosen(problem, state, limits, base)
-        if rung.any():
+        if rung.any():  # type: ignore[union-attr]
             return _split(problem, arrangement, lists, state, base, limits, rung)
     dt = towards(remaining, min(float(state.rates.timestep), longest))
     taken = Taken(np.array([len(limits)]), len(limits), 1)
