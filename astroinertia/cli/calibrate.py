@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from astroinertia.cli.parser import Add, Options, Say
@@ -92,9 +93,14 @@ def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan
 
 def compared(attrs: Mapping[str, Any]) -> str:
     """What a run took, and what had been predicted."""
-    taken, predicted = (float(attrs.get(f"{kind}_wall_time", math.nan)) for kind in ("measured", "predicted"))
+    taken, predicted, bars = (_seconds(attrs, f"{kind}_wall_time") for kind in ("measured", "predicted", "error_bars"))
     if not math.isfinite(taken):
         return ""
     said = f"took {taken:.3g} s" + (f", predicted {predicted:.3g} s" if math.isfinite(predicted) else "")
-    bars = float(attrs.get("error_bars_wall_time", math.nan))
     return f"{said}; {bars:.3g} s more for error bars" if math.isfinite(bars) else said
+
+
+def _seconds(attrs: Mapping[str, Any], name: str) -> float:
+    """A time that a run kept; NaN where it is no number, as in a manifest that was changed by hand."""
+    value = attrs.get(name)
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
