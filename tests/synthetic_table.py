@@ -19,6 +19,29 @@ RADIATION = np.pi**2 / (15.0 * (HBAR * SPEED_OF_LIGHT) ** 3) * MEV**4  # J/m^3/M
 COMPTON = HBAR / (ELECTRON_MASS * SPEED_OF_LIGHT)
 ELECTRONS = ELECTRON_MASS * SPEED_OF_LIGHT**2 / (24.0 * np.pi**2 * COMPTON**3)  # Pa
 SHIFT = 2e15  # J/kg
+STAR = """
+name = "star"
+[body]
+kind = "polytrope"
+index = 3.0
+mass = "1.3 Msun"
+radius = "1800 km"
+particles = 64
+relax = false
+pressure_fraction = 0.9
+[equation_of_state]
+kind = "materials"
+[[equation_of_state.materials]]
+name = "iron"
+file = "FILE"
+electron_fraction = 0.42
+reference_density = "1e10 g/cm3"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = "1 ms"
+"""
+"""A scene of a star on the table of FILE."""
 
 
 def _momentum(density, fraction):

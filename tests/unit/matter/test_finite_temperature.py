@@ -146,33 +146,9 @@ def test_how_far_a_table_is_from_consistent_is_stated(path, tmp_path):
     assert "MeV; Maxwell's relation of P and u holds to 0.05 in half" in found.description
 
 
-SCENE = """
-name = "star"
-[body]
-kind = "polytrope"
-index = 3.0
-mass = "1.3 Msun"
-radius = "1800 km"
-particles = 64
-relax = false
-pressure_fraction = 0.9
-[equation_of_state]
-kind = "materials"
-[[equation_of_state.materials]]
-name = "iron"
-file = "FILE"
-electron_fraction = 0.42
-reference_density = "1e10 g/cm3"
-[effects.gravity]
-[effects.pressure]
-[time]
-end = "1 ms"
-"""
-
-
 def test_a_star_on_a_table_has_the_share_of_its_equilibrium_that_the_scene_says(path):
     """P/rho^(4/3) is that share of the polytrope's, where that is more than cold matter has."""
-    scene = load.loads(SCENE.replace("FILE", str(path)))
+    scene = load.loads(exact.STAR.replace("FILE", str(path)))
     made: Any = prepare(scene).evolution
     state, matter = made.state, made.problem.equation_of_state
     star = Polytrope(3.0, 1.0, 1800e3 / code_units(scene).unit("length"))
@@ -263,7 +239,7 @@ def test_noise_of_a_table_is_smoothed_and_an_electron_fraction_must_be_in_it(tmp
 
 def test_a_scene_says_the_electron_fraction_of_such_a_table_and_of_no_other(tmp_path, path):
     with pytest.raises(SceneError, match="needs an electron_fraction"):
-        prepare(load.loads(SCENE.replace("FILE", str(path)).replace("electron_fraction = 0.42", "")))
+        prepare(load.loads(exact.STAR.replace("FILE", str(path)).replace("electron_fraction = 0.42", "")))
     (tmp_path / "plain.csv").write_text("density,internal_energy,pressure\n")
     with pytest.raises(SceneError, match="is no table that has an electron_fraction"):
-        prepare(load.loads(SCENE.replace("FILE", str(tmp_path / "plain.csv"))))
+        prepare(load.loads(exact.STAR.replace("FILE", str(tmp_path / "plain.csv"))))

@@ -16,31 +16,11 @@ from astroinertia.scene.scales import code_units
 from tests import synthetic_table as exact
 
 FRACTION = 0.47
-CORE = """
-name = "core"
-[body]
-kind = "polytrope"
-index = 3.0
-mass = "1.3 Msun"
-radius = "600 km"
-particles = 80
-relax = false
-pressure_fraction = 0.9
-[equation_of_state]
-kind = "materials"
-[[equation_of_state.materials]]
-name = "iron"
-file = "FILE"
-electron_fraction = 0.47
-reference_density = "1e10 g/cm3"
-[effects.gravity]
-[effects.pressure]
-[effects.viscosity]
-[effects.deleptonisation]
-electron_fraction = 0.47
-[time]
-end = "10 ms"
-"""
+CORE = (
+    exact.STAR.replace('"1800 km"', '"600 km"').replace("particles = 64", "particles = 80")
+    .replace("electron_fraction = 0.42", "electron_fraction = 0.47").replace('"1 ms"', '"10 ms"')
+    + "[effects.viscosity]\n[effects.deleptonisation]\nelectron_fraction = 0.47\n"
+)  # fmt: skip
 STEPS = 60
 
 
