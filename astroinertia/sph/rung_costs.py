@@ -11,6 +11,7 @@ Array = Any
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
+END = 0.05  # what an end of an interval costs, however few are active: all particles drift
 PAYS = 1.45  # how many times cheaper several rungs must be than one: they take more time than evaluations, and err more
 
 
@@ -33,9 +34,15 @@ def cost(counts: Array, finest: int) -> float:
     neighbours, one for each interval, and of sums over nested sets, each computed again where particles have changed
     sides.
     """
-    particles = counts.sum()
-    total = (1.0 + FAR + BASE) * particles
-    for k in range(1, finest + 1):
-        size = float(counts[: finest - k + 1].sum())  # of the nested set k
-        total += (0.5 + CHANGED * FAR) * 2.0**k * size  # half of the ends of its intervals are of longer ones, too
-    return total / 2.0**finest
+    by_rung = np.append(counts[:finest], counts[finest:].sum())[::-1]
+    return of_base_step(by_rung) / 2.0**finest
+
+
+def of_base_step(counts: Array) -> float:
+    """The cost of a base step with so many particles in each rung, (K,), in evaluations of a particle."""
+    within = np.cumsum(counts[::-1])[::-1].astype(float)  # those of this rung or a finer one
+    total = (1.0 + FAR + BASE) * within[0]
+    for k in range(1, len(counts)):
+        apart = 1.0 if within[k] < within[k - 1] else 0.5  # half of its sums are those over the set around it
+        total += (0.5 + apart * CHANGED * FAR) * 2.0**k * within[k]  # half of its ends are of longer ones, too
+    return total + END * within[0] * 2.0 ** (len(counts) - 1)

@@ -85,9 +85,10 @@ def step(
     if rung is not None or intervals.rungs_that_pay(limits):
         lists = evaluate.listed(problem, arrangement.pairs, state)
         limits = agreed_limits(problem, lists, state, limits)
-        base = towards(remaining, longest)
         if rung is None:
-            base, rung = _chosen(problem, state, limits, base)
+            base, rung = _chosen(problem, state, limits, remaining, longest)
+        else:
+            base = towards(remaining, longest)
         if rung.any():  # type: ignore[union-attr]
             return _split(problem, arrangement, lists, state, base, limits, rung)
     dt = towards(remaining, min(float(state.rates.timestep), longest))
@@ -95,14 +96,16 @@ def step(
     return global_steps.step(problem, arrangement, state, np.float64(dt)), arrangement, taken
 
 
-def _chosen(problem: Problem, state: State, limits: Array, remaining: float) -> tuple[float, Array]:
-    """The base step and rungs (N,) that cost least with limits (N,)."""
+def _chosen(
+    problem: Problem, state: State, limits: Array, remaining: float, longest: float
+) -> tuple[float, Array]:  # fmt: skip
+    """The base step, no longer than `longest`, and rungs (N,) that cost least with limits (N,)."""
     # What is on its way is not to be met in the middle of an interval.
     beyond = 0 if _act_with_base(problem) else BEYOND
     if problem.terms("neighbour_terms"):
-        longest = min(remaining, 2.0**beyond * float(np.max(limits)))
-        remaining = min(remaining, float(timesteps.contact(problem, state.rates.fluid, np.float64(longest))))
-    return intervals.base_step(limits, remaining, beyond)
+        most = min(remaining, longest, 2.0**beyond * float(np.max(limits)))
+        longest = min(longest, float(timesteps.contact(problem, state.rates.fluid, np.float64(most))))
+    return intervals.base_step(limits, remaining, beyond, longest)
 
 
 def _split(

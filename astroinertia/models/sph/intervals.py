@@ -20,6 +20,7 @@ Array = Any
 DEEPEST = 40  # rungs below the base step: far more than SMALLEST_STEP of a run allows
 NEIGHBOURS = 2.0  # how many times longer than its neighbour's the interval of a particle may be
 MARGIN = 0.95  # of its limit is the most that an interval begins with: few rungs then change as limits shrink a little
+POWERS = 2  # of the shortest limit, as the base step, are looked at where it may not be as long as it would be
 FEWER = 0.4  # of a nested set: so few particles more do not make another one
 
 
@@ -55,16 +56,25 @@ class Clock:
         return Clock(self.base, self.ticks + (1 << (DEEPEST - rung)))
 
 
-def base_step(limits: Array, remaining: float, beyond: int = 0) -> tuple[float, Array]:
-    """The interval that costs least as the longest one, a power of two times the shortest limit (N,), and rungs (N,).
+def base_step(limits: Array, remaining: float, beyond: int = 0, longest: float = np.inf) -> tuple[float, Array]:
+    """The base step that costs least, a power of two times the shortest limit (N,) where it can be, and rungs (N,).
 
     Limits are taken less a margin where there are several rungs. A base step then is by `beyond` powers of two longer
-    than the longest interval: what it takes to begin with one is paid less often.
+    than the longest interval: what it takes to begin with one is paid less often. remaining: until a time that is to be
+    met; longest: no base step is longer, but nothing has to be met then.
     """
     finest = rungs_that_pay(limits)
     margin, longer = (MARGIN, beyond) if finest else (1.0, 0)
-    base = in_equal_parts(remaining, margin * float(np.min(limits)) * 2.0 ** (finest + longer), margin * limits)
-    return base, merged(rungs(margin * limits, base), 0)
+    within = margin * limits
+    shortest = float(np.min(within))
+    wanted = min(shortest * 2.0 ** (finest + longer), longest)
+    lengths = in_equal_parts(remaining, wanted)
+    if not len(lengths):
+        powers = shortest * 2.0 ** np.arange(finest + longer + 1)
+        lengths = [wanted, *powers[powers < wanted][-POWERS:]]
+    splits = [(base, merged(rungs(within, base), 0)) for base in lengths]
+    costs = [rung_costs.of_base_step(np.bincount(rung)) / base for base, rung in splits]
+    return splits[int(np.argmin(costs))]
 
 
 def rungs_that_pay(limits: Array) -> int:
@@ -73,17 +83,12 @@ def rungs_that_pay(limits: Array) -> int:
     return rung_costs.that_pay(np.bincount(np.minimum(above, DEEPEST)))
 
 
-def in_equal_parts(remaining: float, base: float, limits: Array) -> float:
-    """The base step, or an equal part of what little time remains: intervals come in powers of two of it.
-
-    Parts are of a number, up to three times that of the fewest, with which limits (N,) ask for the fewest evaluations.
+def in_equal_parts(remaining: float, base: float) -> list[float]:
+    """Equal parts of what little time remains, from the fewest that are no longer than the base step to three times so
+    many: intervals come in powers of two of a part, and one may suit them that is shorter. None where much remains.
     """
     fewest = int(np.ceil(min(remaining / base, 2.0 * FEW) * (1.0 - 1e-12)))
-    if fewest > FEW:
-        return base
-    parts = range(fewest, 3 * fewest + 1)
-    evaluations = [count * (rung_costs.BASE + 2.0 ** rungs(limits, remaining / count)).sum() for count in parts]
-    return remaining / parts[int(np.argmin(evaluations))]
+    return [remaining / parts for parts in range(fewest, 3 * fewest + 1)] if fewest <= FEW else []
 
 
 def rungs(limits: Array, base: float) -> Array:

@@ -90,3 +90,15 @@ def test_nested_sets_weigh_every_pair_by_the_longer_of_its_two_intervals() -> No
         found[chosen] += weight * pairs[np.ix_(chosen, chosen)].sum(axis=1)
     assert [which for _, which, _ in distinct] == [[2], [3], [4, 5, 6], [7]]
     np.testing.assert_allclose(found, wanted, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("longest", "base", "ends"), [(30.0, 15.2, 16), (15.0, 15.0, 16), (9.0, 7.6, 8), (4.1, 3.8, 4)]
+)
+def test_a_longest_base_step_is_no_time_to_be_met(longest: float, base: float, ends: int) -> None:
+    """Equal parts of it would be: intervals far shorter than the limits. Below it powers of two suit these."""
+    limits = np.array([1.0] * 10 + [8.0] * 90)
+    found, rung = base_step(limits, 1e3, 1, longest)
+    assert found == pytest.approx(base, rel=1e-12)
+    assert 2 ** rung.max() == ends
+    assert (found / 2.0**rung <= limits).all()
