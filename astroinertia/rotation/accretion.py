@@ -22,7 +22,7 @@ Array = Any
 MASS = 1.4 * SOLAR_MASS
 # Inner edge of the disc over the Alfven radius of spherical inflow. Source: Ghosh & Lamb 1979, ApJ 234, 296: 0.52.
 DISC_COEFFICIENT = 0.52
-ELECTRON_OPACITY = 0.03976  # m2 kg-1 of ionised hydrogen, Thomson cross section over proton mass
+ELECTRON_OPACITY = 0.0397726  # m2 kg-1 of ionised hydrogen, Thomson cross section over proton mass, CODATA 2022
 
 
 @with_quantities()

@@ -197,7 +197,8 @@ def _zeros(torque: Any) -> list[float]:
     angles += [root_between(torque, grid[k], grid[k + 1]) for k in crossing]
     # A pair may hide between two points: where |torque| has a least value of one sign.
     size = np.abs(values)
-    for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & (values[:-2] * values[2:] > 0)) + 1:
+    alike = (values[:-2] * values[1:-1] > 0) & (values[1:-1] * values[2:] > 0)  # a pair around a point is found above
+    for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & alike) + 1:
         inside = np.linspace(grid[k - 1], grid[k + 1], _SCAN + 1)
         finer = torque(inside)
         crossing = np.flatnonzero(finer[:-1] * finer[1:] < 0)

@@ -28,6 +28,14 @@ def test_published_numbers():
     assert 0.1 < accretion.mass_to_spin_up(1e-3, FIELD, RATE) / SOLAR_MASS < 0.25
 
 
+def test_eddingtons_rate_is_that_of_the_constants():
+    # G M Mdot/R is Eddington's luminosity 4 pi G M m_p c/sigma_T, here from astropy's constants.
+    from astropy import constants
+
+    rate = (4 * math.pi * constants.m_p * constants.c / constants.sigma_T).si.value * 1.234e4
+    assert accretion.eddington_rate(1.234e4) == pytest.approx(rate, rel=1e-6)
+
+
 def test_equilibrium_is_corotation():
     period = accretion.equilibrium_period(FIELD, RATE)
     edge = accretion.magnetospheric_radius(FIELD, RATE)

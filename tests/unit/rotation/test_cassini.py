@@ -41,6 +41,20 @@ def test_states_stand_still_and_merge_at_the_critical_rate(inclination):
             assert state.stable == (state.number != 4) == np.isfinite(state.frequency)
 
 
+@pytest.mark.parametrize("inclination", [0.001, 0.02066, 0.09, 0.7, 1.5])
+@pytest.mark.parametrize("short", [1e-4, 1e-6, 1e-7])
+def test_states_next_to_their_merging_are_counted_once(inclination, short):
+    # States 1 and 4 are then sqrt(short) or so apart, within a part of the circle or two.
+    critical = cassini.critical_node_rate(1.0, inclination)
+    states = cassini.cassini_states(1.0, -(1 - short) * critical, inclination)
+    assert [state.number for state in states] == [1, 2, 3, 4]
+    # By hand: at the merging tan(obliquity) = -tan(inclination)^(1/3) (Henrard & Murigande 1987).
+    merging = -np.arctan(np.tan(inclination) ** (1 / 3))
+    apart = states[0].obliquity - states[3].obliquity
+    assert 0 < apart < 10 * short**0.5 and abs(states[0].obliquity - merging) < 6 * short**0.5
+    assert len(cassini.cassini_states(1.0, -(1 + short) * critical, inclination)) == 2
+
+
 def test_small_circles_about_a_state_have_its_frequency():
     inclination, rate, step = 0.3, -0.2, 1e-6
     pole, normal = np.array([0.0, np.sin(inclination), np.cos(inclination)]), np.array([0.0, 0.0, 1.0])
