@@ -93,6 +93,20 @@ def break_up(
 
 
 @with_quantities()
+def orbit_at_equator(
+    mass: Array, equatorial_radius: Array, j2: Array = 0.0, gravitational_constant: float = GRAVITATIONAL_CONSTANT
+) -> Array:
+    """Return the rate in rad/s of a circular orbit at the equator a of an oblate body, n^2 = G M/a^3 (1 + 3/2 J2).
+
+    J2 refers to that radius; harmonics beyond it are left out. Source: Murray & Dermott 1999, section 6.11.
+
+    >>> print(f"{orbit_at_equator(5.972e24, 6.378e6, 1.0826e-3):.4e}")  # of the Earth
+    1.2405e-03
+    """
+    return np.sqrt(gravitational_constant * mass / np.asarray(equatorial_radius) ** 3 * (1 + 1.5 * np.asarray(j2)))
+
+
+@with_quantities()
 def shedding_share(source: str = "roche") -> float:
     """Rate of mass shedding over that of an orbit at the equator of the sphere at rest.
 

@@ -1,6 +1,5 @@
 """The command `show`: its arguments, and its pictures, by two processes where they pay. Printing is left to main.py."""
 
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 from astroinertia.cli import result
 from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
+from astroinertia.process.cores import cores
 
 if TYPE_CHECKING:
     import subprocess
@@ -67,8 +67,3 @@ def written(options: Options, file: Path, opened: "xr.Dataset", beside: "subproc
         return own + plots.write_all(opened, folder, only=OF_PARTICLES)
     drawn = {Path(line.strip()).stem for line in said.splitlines()}
     return own + [folder / f"{name}.png" for name in OF_PARTICLES if name in drawn]
-
-
-def cores() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

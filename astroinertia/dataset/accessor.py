@@ -360,40 +360,9 @@ class InertiaAccessor:
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
         0.16
         """
-        from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
-        from astroinertia.bodies.break_up import break_up  # brings figures of stars along
+        from astroinertia.dataset.rotation_limits import rotation_limits  # brings figures of stars along
 
-        data = self.dataset
-        size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
-        convention = data["moment_ratio"].attrs
-        at_start = data[convention["radius"]].values[0] if convention.get("radius") in data.data_vars else size[0]
-        radius = float(convention.get("reference_radius", at_start)) * size / size[0]
-        if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().all():
-            radius = data["surface_mean_radius"].values
-        period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
-        gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
-        limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
-        sheds = limits.sheds_mass
-        own: dict[str, Any] = {}
-        reference = data["zonal_harmonic_2"].attrs.get("radius", "") if "zonal_harmonic_2" in data else ""
-        if {"surface_equatorial_radius", reference} <= set(data.data_vars):
-            equator = data["surface_equatorial_radius"].values
-            bulge = data["zonal_harmonic_2"].values * (data[reference].values / equator) ** 2
-            orbit = np.sqrt(gravity * data["mass"].values / equator**3 * (1.0 + 1.5 * bulge))
-            text = "rate over that of an orbit at the equator of the body, with its J2"
-            own["breakup_fraction"] = (spin / orbit, "1", text)
-            sheds = spin >= orbit if data.attrs.get("model") in ("sph", "ellipsoid") else sheds
-        series = own | {
-            "radius": (radius, "m", "radius"),
-            "period": (period, "s", "period of the mean angular velocity"),
-            "kepler_period": (limits.kepler_period, "s", "period of an orbit at the equator of the sphere"),
-            "shedding_period": (limits.shedding_period, "s", f"shortest period without loss of mass ({shedding})"),
-            "kepler_fraction": (limits.kepler_fraction, "1", "rate over that of an orbit at the equator"),
-            "beyond_kepler": (limits.beyond_kepler, "1", "whether the equator turns faster than an orbit there"),
-            "sheds_mass": (sheds, "1", "whether the body turns faster than it can without losing mass"),
-            "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
-            "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
-        }
+        series = rotation_limits(self.dataset, shedding)
         return xr.Dataset(
             {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
         )

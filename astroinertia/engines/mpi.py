@@ -13,6 +13,7 @@ from typing import Any
 
 from astroinertia.engines.together import ALONE, Alone, Together
 from astroinertia.errors import RunInterrupted, SceneError
+from astroinertia.process.cores import cores
 from astroinertia.process.kept_programs import processor
 
 _STARTERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")  # what Open MPI, and MPICH and Slurm's PMI, tell the processes
@@ -80,9 +81,8 @@ def _kind() -> str:
 
 def _share_cores(processes: int) -> None:
     """Threads for this process of so many on this machine, where no one has set their number or bound it to cores."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if cores == os.cpu_count():
-        os.environ.setdefault("NUMBA_NUM_THREADS", str(max(1, cores // processes)))
+    if cores() == os.cpu_count():
+        os.environ.setdefault("NUMBA_NUM_THREADS", str(max(1, cores() // processes)))
 
 
 def _end_all(world: Any) -> None:

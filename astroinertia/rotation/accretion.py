@@ -1,6 +1,7 @@
 """Spin-up by accretion: where the field holds the disc off, the period in balance with it, and how long that takes.
 
-SI throughout: kg, m, s, and the field at the magnetic equator in T. Tests: tests/unit/rotation/test_accretion.py.
+SI throughout: kg, m, s, and the field at the magnetic equator in T. ValueError for a period that is not above zero.
+Tests: tests/unit/rotation/test_accretion.py.
 """
 
 import math
@@ -14,6 +15,7 @@ from astroinertia.rotation.pulsars import (
     CANONICAL_RADIUS,
     MAGNETIC_CONSTANT,
     dipole_period_derivative,
+    positive_period,
 )
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
@@ -52,9 +54,7 @@ def corotation_radius(period: Array, mass: Array = MASS) -> Array:
     >>> print(f"{corotation_radius(1.0) / 1e3:.0f} km")  # where an orbit takes a second
     1676 km
     """
-    return (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (np.asarray(period, dtype=float) / (2 * math.pi)) ** 2) ** (
-        1 / 3
-    )
+    return (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (positive_period(period) / (2 * math.pi)) ** 2) ** (1 / 3)
 
 
 @with_quantities()
@@ -140,7 +140,7 @@ def mass_to_spin_up(
     0.12 Msun
     """
     torque = accretion_torque(field, accretion_rate, mass, radius, coefficient)
-    rate = 2 * math.pi / np.asarray(period, dtype=float)
+    rate = 2 * math.pi / positive_period(period)
     return np.asarray(moment_of_inertia) * rate * accretion_rate / torque
 
 
@@ -173,7 +173,7 @@ def spin_up_line(
     9.2e-18
     """
     rate = eddington_rate(radius) if accretion_rate is None else accretion_rate
-    period = np.asarray(period, dtype=float)
+    period = positive_period(period)
     edge = (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (period * fastness / (2 * math.pi)) ** 2) ** (1 / 3)
     flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(rate) ** 2
     squared = np.sqrt((edge / coefficient) ** 7 * flow) * MAGNETIC_CONSTANT / np.asarray(radius) ** 6

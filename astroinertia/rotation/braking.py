@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.rotation.pulsars import positive_period
 
 Array = Any
 
@@ -112,7 +113,7 @@ def decaying_field_period(time: Array, period: Array, period_derivative: Array, 
     >>> print(f"{decaying_field_period(1e30, 0.1, 1e-15, 1e13):.4f}")  # it stops at sqrt(P^2 + P dP/dt tau)
     0.1049
     """
-    period = np.asarray(period, dtype=float)
+    period = positive_period(period)
     grown = -np.expm1(-2 * np.asarray(time, dtype=float) / decay_time)
     return np.sqrt(period**2 + np.asarray(decay_time) * period * period_derivative * grown)
 
@@ -124,4 +125,4 @@ def decaying_field_index(period: Array, period_derivative: Array, decay_time: Ar
     >>> print(f"{decaying_field_index(0.1, 1e-15, 1e13):.1f}")  # beyond 3, as P / (P' tau) counts
     23.0
     """
-    return 3 + 2 * np.asarray(period, dtype=float) / (np.asarray(period_derivative) * decay_time)
+    return 3 + 2 * positive_period(period) / (np.asarray(period_derivative) * decay_time)

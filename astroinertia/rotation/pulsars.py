@@ -2,7 +2,8 @@
 
 Torque laws are Omega' = -K Omega^n with the braking index n: 3 for a magnetic dipole, 5 for the gravitational waves of
 a rigid deformation, 1 for a wind. Arguments are numbers or arrays that broadcast, in SI: kg, m, s, and tesla for
-fields (1 T is 1e4 G). Tests: tests/unit/rotation/test_pulsars.py.
+fields (1 T is 1e4 G). ValueError for a period that is not above zero; it is infinite for a star at rest.
+Tests: tests/unit/rotation/test_pulsars.py.
 """
 
 import math
@@ -31,6 +32,14 @@ _POWER = {
 _PLACES = {"equator": 1.0, "pole": 2.0}  # field of a dipole over that at its equator
 
 
+def positive_period(period: Array, name: str = "period") -> np.ndarray:
+    """The period or periods as floats; ValueError names the argument where one of them is not above zero."""
+    periods = np.asarray(period, dtype=float)
+    if not np.all(periods > 0):
+        raise ValueError(f"{name} must be above 0 s, not {periods[~(periods > 0)].flat[0]:g} s")
+    return periods
+
+
 @with_quantities()
 def rotational_energy(period: Array, moment_of_inertia: Array = CANONICAL_MOMENT) -> Array:
     """2 pi^2 I/P^2 in J.
@@ -38,7 +47,7 @@ def rotational_energy(period: Array, moment_of_inertia: Array = CANONICAL_MOMENT
     >>> print(f"{rotational_energy(0.0333924123):.2e} J")  # the Crab pulsar, I = 1e38 kg m2
     1.77e+42 J
     """
-    return 2 * math.pi**2 * np.asarray(moment_of_inertia) / np.asarray(period, dtype=float) ** 2
+    return 2 * math.pi**2 * np.asarray(moment_of_inertia) / positive_period(period) ** 2
 
 
 @with_quantities()
@@ -48,7 +57,7 @@ def spin_down_luminosity(period: Array, period_derivative: Array, moment_of_iner
     >>> print(f"{spin_down_luminosity(0.0333924123, 4.20972e-13):.2e} W")  # the Crab pulsar: what lights its nebula
     4.46e+31 W
     """
-    period = np.asarray(period, dtype=float)
+    period = positive_period(period)
     return 4 * math.pi**2 * np.asarray(moment_of_inertia) * period_derivative / period**3
 
 
@@ -75,7 +84,7 @@ def dipole_field(
     """
     squared = _field_factor(moment_of_inertia, radius, place, inclination, magnetosphere)
     with np.errstate(invalid="ignore"):
-        return np.sqrt(squared * np.asarray(period, dtype=float) * period_derivative)
+        return np.sqrt(squared * positive_period(period) * period_derivative)
 
 
 @with_quantities()
@@ -95,7 +104,7 @@ def dipole_period_derivative(
     4.20972e-13
     """
     squared = _field_factor(moment_of_inertia, radius, place, inclination, magnetosphere)
-    return np.asarray(field, dtype=float) ** 2 / (squared * np.asarray(period, dtype=float))
+    return np.asarray(field, dtype=float) ** 2 / (squared * positive_period(period))
 
 
 def _field_factor(moment: Array, radius: Array, place: str, inclination: Array, magnetosphere: str) -> Array:
@@ -118,7 +127,7 @@ def light_cylinder_radius(period: Array) -> Array:
     >>> print(f"{light_cylinder_radius(0.0333924123) / 1e3:.0f} km")  # c P / (2 pi)
     1593 km
     """
-    return SPEED_OF_LIGHT * np.asarray(period, dtype=float) / (2 * math.pi)
+    return SPEED_OF_LIGHT * positive_period(period) / (2 * math.pi)
 
 
 @with_quantities()
@@ -140,7 +149,7 @@ def characteristic_age(period: Array, period_derivative: Array, braking_index: A
     1257 yr
     """
     with np.errstate(divide="ignore"):
-        return np.asarray(period, dtype=float) / ((np.asarray(braking_index) - 1) * period_derivative)
+        return positive_period(period) / ((np.asarray(braking_index) - 1) * period_derivative)
 
 
 @with_quantities()
@@ -153,8 +162,8 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
     >>> print(f"{age / 3.15576e7:.0f} yr")
     982 yr
     """
-    period = np.asarray(period, dtype=float)
-    spread = np.log(period / period_at_birth)
+    period = positive_period(period)
+    spread = np.log(period / positive_period(period_at_birth, "period_at_birth"))
     return period / period_derivative * spread * _relative_expm1(-(np.asarray(braking_index) - 1) * spread)
 
 
@@ -180,7 +189,7 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
     >>> print(f"{1e3 * period:.0f} ms")  # the Crab pulsar in ten thousand years
     121 ms
     """
-    period, index = np.asarray(period, dtype=float), np.asarray(braking_index, dtype=float)
+    period, index = positive_period(period), np.asarray(braking_index, dtype=float)
     change = np.asarray(time, dtype=float) * period_derivative / period
     base = (index - 1) * change
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -197,7 +206,7 @@ def period_derivative_history(
     >>> print(f"{period_derivative_history(0.0, 0.0333924123, 4.20972e-13, 2.51):.5e}")  # now, as given
     4.20972e-13
     """
-    period = np.asarray(period, dtype=float)
+    period = positive_period(period)
     later = period_history(time, period, period_derivative, braking_index)
     return period_derivative * (later / period) ** (2 - np.asarray(braking_index))
 
@@ -209,7 +218,7 @@ def braking_index(period: Array, period_derivative: Array, period_second_derivat
     >>> print(f"{braking_index(1.0, 1e-13, -1e-26):.2f}")  # n = 2 - P P''/P'^2
     3.00
     """
-    return 2 - np.asarray(period, dtype=float) * period_second_derivative / np.asarray(period_derivative) ** 2
+    return 2 - positive_period(period) * period_second_derivative / np.asarray(period_derivative) ** 2
 
 
 @with_quantities()

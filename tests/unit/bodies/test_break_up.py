@@ -12,11 +12,13 @@ from astroinertia.bodies import maclaurin
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.break_up import (
     break_up,
+    orbit_at_equator,
     polytropic_limit,
     polytropic_rate,
     shedding_share,
     spun_up_polytrope,
 )
+from astroinertia.bodies.ellipsoid_gravity import acceleration
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.errors import NumericalError
 
@@ -34,6 +36,20 @@ def test_shares_of_the_orbital_rate():
     for wrong in ("no such", "polytrope 3", "polytrope much", ""):
         with pytest.raises(ValueError, match="there is no limit of rotation"):
             shedding_share(wrong)
+
+
+def test_an_orbit_at_an_oblate_equator_lacks_what_higher_harmonics_pull():
+    """Of a homogeneous spheroid J2 = e^2/5 exactly, and J4 goes as e^4: a half of e^2 leaves a fourth of the error."""
+    assert orbit_at_equator(2.0, 3.0, gravitational_constant=1.0) == pytest.approx(math.sqrt(2.0 / 27.0), rel=1e-15)
+    errors = []
+    for squared in (0.02, 0.01):
+        polar = math.sqrt(1.0 - squared)
+        rate = math.sqrt(-acceleration((1.0, 1.0, polar), [1.0, 0.0, 0.0])[0])
+        errors.append(
+            orbit_at_equator(4 * math.pi / 3 * polar, 1.0, squared / 5, gravitational_constant=1.0) / rate - 1
+        )
+    assert abs(errors[1]) < 1e-4
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.03)
 
 
 def test_flags_turn_where_they_should():

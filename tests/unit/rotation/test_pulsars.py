@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.rotation import pulsars
+from astroinertia.errors import SceneError
+from astroinertia.rotation import accretion, braking, pulsars
 from astroinertia.rotation.pulsar_table import KINDS, pulsar, pulsars as table
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
@@ -112,3 +113,37 @@ def test_the_table_of_pulsars():
         assert each.kind != "magnetar" or gauss > 2e13, each.name
     with pytest.raises(KeyError, match="no pulsar"):
         pulsar("J0000+0000")
+
+
+@pytest.mark.parametrize("wrong", [math.nan, 0.0, -1.0, [1.0, -2.0]], ids=str)
+@pytest.mark.parametrize("formula", [
+    pulsars.rotational_energy,
+    lambda period: pulsars.spin_down_luminosity(period, DOT),
+    lambda period: pulsars.dipole_field(period, DOT),
+    lambda period: pulsars.dipole_period_derivative(period, 4e8),
+    pulsars.light_cylinder_radius,
+    lambda period: pulsars.light_cylinder_field(4e8, period),
+    lambda period: pulsars.characteristic_age(period, DOT),
+    lambda period: pulsars.true_age(period, DOT, 0.02),
+    lambda period: pulsars.period_at_birth(period, DOT, YEAR),
+    lambda period: pulsars.period_history(YEAR, period, DOT),
+    lambda period: pulsars.period_derivative_history(YEAR, period, DOT),
+    lambda period: pulsars.braking_index(period, DOT, 1e-24),
+    accretion.corotation_radius,
+    lambda period: accretion.mass_to_spin_up(period, 1e4, 1e14),
+    accretion.spin_up_line,
+    lambda period: braking.decaying_field_period(YEAR, period, DOT, YEAR),
+    lambda period: braking.decaying_field_index(period, DOT, YEAR),
+])  # fmt: skip
+def test_periods_that_cannot_be_are_refused(formula, wrong):
+    with pytest.raises(SceneError, match=r"^period must be above 0 s, not (nan|0|-1|-2) s$"):
+        formula(wrong)
+
+
+def test_a_star_was_born_with_a_period():
+    with pytest.raises(SceneError, match=r"^period_at_birth must be above 0 s, not 0 s$"):
+        pulsars.true_age(P, DOT, 0.0)
+
+
+def test_a_star_at_rest_has_no_energy_of_rotation():
+    assert pulsars.rotational_energy(math.inf) == 0.0
