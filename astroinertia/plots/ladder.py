@@ -227,15 +227,11 @@ def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
         variable = dataset[name].copy(data=beyond_round_off(dataset[name]))
         others = [dim for dim in variable.dims if dim != "time"]
         size = (variable**2).sum(others, skipna=True, min_count=1) ** 0.5 if others else variable
-        text = f"size of: {variable.attrs['long_name']}" if others else str(variable.attrs["long_name"])
-        series = size.assign_attrs(units=style.unit_of(variable), long_name=_short(text))
+        text = f"{'size of: ' if others else ''}{style.short_name(variable)}"
+        series = size.assign_attrs(units=style.unit_of(variable), long_name=text)
     else:
         return None
     return series if int(series.notnull().sum()) > 1 else None
-
-
-def _short(long_name: str) -> str:
-    return long_name.split(" of the homogeneous ellipsoid")[0]
 
 
 def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:

@@ -75,7 +75,10 @@ def test_the_command_lays_them_over_each_other(runs, folder, tmp_path, capsys):
     picture = tmp_path / "three.png"
     assert main(["compare", *(str(folder / model) for model in MODELS), "--plot", str(picture)]) == 0
     printed = capsys.readouterr().out
-    for name in ("moment of inertia about the spin axis", "mean angular velocity", "flattening", "largest density"):
-        assert name in printed
+    assert main(["show", str(folder / "sph"), "--output", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    for name in ("mean angular velocity", "flattening, equivalent ellipsoid", "maximum density"):
+        assert name in printed and name in shown
+    assert "moment of inertia about the spin axis" in printed
     assert "differences are from 'sph, 500 particles'" in printed
     assert picture.stat().st_size > 50_000

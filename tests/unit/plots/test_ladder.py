@@ -134,7 +134,7 @@ def test_the_command(fine, particles, tmp_path, monkeypatch, capsys):
     particles.to_netcdf("particles.nc", engine="netcdf4")
     assert main(["compare", "particles.nc", "fine.nc", "--quantity", "mean_radius"]) == 0
     printed = capsys.readouterr().out
-    assert "mean radius (km)" in printed and "picture: compare.png" in printed
+    assert "mean radius, equivalent ellipsoid (km)" in printed and "picture: compare.png" in printed
     assert printed.index("ellipsoid") < printed.index(
         "sph, 5000"
     )  # the cheaper first, in whatever order they are named
