@@ -6,21 +6,25 @@ does not suffice, the cost is reported. Tests: tests/unit/accuracy/test_choice.p
 compares what was asked with what was delivered, on scenes with exact answers.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from astroinertia.accuracy import choice_particles, choice_smooth, measuring
 from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings
+from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.accuracy.selected_observables import default_names, parsed
 from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
+from astroinertia.costs import reference
+from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene.schema import Scene
 
 DEFAULT_MINUTES = 60.0
+OF_RUNG = 4  # runs of a cheaper model that is not exact, to find its settings and its answer
 GIVEN = 'settings="given"'
 """What is set in a scene whose settings are chosen, so that they stay."""
 
@@ -35,7 +39,8 @@ class Choice:
 
     scene: as it is to be run; settings: the chosen ones, with the errors expected of each source; pilot_seconds: of
     wall time that finding them took; pilot_work: evaluations of a particle, or stages of steps of a body without
-    particles, that pilots took, and predicted_work, what was predicted of each before it was run.
+    particles, that pilots took, and predicted_work, what was predicted of each before it was run; pilot_processor:
+    seconds of the reference machine (costs.reference) that pilots of particles took, as `settings` has of the run.
     """
 
     scene: Scene
@@ -43,6 +48,7 @@ class Choice:
     pilot_seconds: float
     pilot_work: float
     predicted_work: float
+    pilot_processor: float
 
 
 def pilots_beside(folder: Path) -> Path:
@@ -89,10 +95,40 @@ def choose(
         **({"stated": sentence} if (sentence := _stated(settings, scene.accuracy)) else {}),
         **{f"why {number}": reason for number, reason in enumerate(settings.reasons, 1)},
         "price": f"{duration(settings.seconds)} for the run, {duration(pilots.spent)} for pilots and what they "
-        f"compile; of evaluations {settings.work:.2g} and {pilots.work:.2g}",
+        f"compile; of evaluations {settings.work:.2g} and {pilots.work:.2g}{_processor(settings, pilots)}",
     }
     chosen = chosen.model_copy(update={"choice": record})
-    return Choice(chosen, settings, pilots.spent, pilots.work, pilots.predicted)
+    return Choice(chosen, settings, pilots.spent, pilots.work, pilots.predicted, pilots.processor)
+
+
+def price_before(scene: Scene) -> str:
+    """What the pilots take that a choice begins with, in words; empty where that is not known.
+
+    >>> from astroinertia.scene import load
+    >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6"])
+    >>> print(price_before(scene).split(",")[0])
+    2 pilots before the run
+    """
+    if scene.model == "sph":
+        first = choice_particles.first(scene)
+        limit = "; more of them as long as all take no more processor time than the run"
+    else:
+        first = choice_smooth.first(scene)
+        limit = "; more of them as long as all take no more steps than the run"
+    times, compiling = zip(*map(seconds_of, first), strict=True)
+    if not all(times):
+        return ""
+    return f"{len(first)} pilots before the run, of about {duration(sum(times) + max(compiling))} in all{limit}"
+
+
+def _processor(settings: Settings, pilots: Pilots) -> str:
+    """Processor time of a run of particles and of its pilots, in words."""
+    if not settings.processor:
+        return ""
+    return (
+        f"; of processor time of {SHIPPED_MACHINE}, compiled, {duration(settings.processor)} with its start "
+        f"and {duration(pilots.processor)}"
+    )
 
 
 def _stated(settings: Settings, accuracy: float) -> str:
@@ -110,22 +146,31 @@ def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | Out
     """The cheapest rung that is known to have the accuracy: one that is exact, or agrees with particles."""
     scene = pilots.scene
     if scene.model != "sph":
+        _announce(pilots, scene)
         return choice_smooth.search(pilots, accuracy, seconds)
-    simpler: list[tuple[str, Measured, Settings]] = []
+    untried: list[tuple[str, Scene]] = []
     for rung in _free_rungs(scene):
         of_rung = with_overrides(scene, (f"model='{rung}'",))
         try:
             exact = _is_exact(of_rung)
         except (SceneError, NumericalError):
             continue
-        settings = _of_rung(pilots, rung, of_rung, accuracy, seconds)
-        if settings is None:
+        if not exact:
+            untried.append((rung, of_rung))
             continue
-        if exact:
+        if rung != "scaling":
+            _announce(pilots, of_rung)
+        if (settings := _of_rung(pilots, rung, of_rung, accuracy, seconds)) is not None:
             return settings
-        simpler.append((rung, pilots.run(f"model {rung}", settings.overrides), settings))
+    simpler: list[tuple[str, Measured, Settings]] = []
 
-    def agreeing(limit: Measured, error: float) -> Settings | None:
+    def agreeing(limit: Measured, error: float, affords: Callable[[float], bool]) -> Settings | None:
+        while untried and affords(price := reference.without_particles(untried[0][1], OF_RUNG)):
+            rung, of_rung = untried.pop(0)
+            pilots.processor += price
+            settings = _of_rung(pilots, rung, of_rung, accuracy, seconds)
+            if settings is not None:
+                simpler.append((rung, pilots.run(f"model {rung}", settings.overrides), settings))
         for rung, measured, settings in simpler:
             apart = pilots.apart(measured, limit) + error
             if apart <= accuracy:
@@ -133,7 +178,13 @@ def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | Out
                 return replace(settings, errors={"model": apart}, reasons=(why, *settings.reasons))
         return None
 
+    _announce(pilots, scene)
     return choice_particles.search(pilots, accuracy, seconds, agreeing)
+
+
+def _announce(pilots: Pilots, scene: Scene) -> None:
+    if before := price_before(scene):
+        pilots.listener(before)
 
 
 def _free_rungs(scene: Scene) -> tuple[str, ...]:

@@ -1,5 +1,8 @@
 """The search for the cheapest particles that have a wanted accuracy, by pilots that cost no more than the run.
 
+Costs are evaluations of a particle, and processor seconds of the machine that the package's figures are of
+(costs.reference): of few particles an evaluation takes several times as long, and bodies have to settle.
+
 A ladder of pilots, each with twice the particles of the one before and time steps twice as long as the scene's, tells
 how the error falls with their number. It is climbed until what is wanted lies no more than a factor of four beyond it,
 or until one more pilot would cost more than the run has; then the rest is extrapolated. Shorter time steps and coarser
@@ -8,17 +11,18 @@ Tests: tests/unit/accuracy/test_choice.py, tests/benchmarks/delivered.py.
 """
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from astroinertia.accuracy import knobs, measuring
 from astroinertia.accuracy.estimates import Estimate
 from astroinertia.accuracy.knobs import Knob, Setting
 from astroinertia.accuracy.measuring import Measured
-from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
+from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
 from astroinertia.accuracy.words import duration
-from astroinertia.costs.prediction import counted
+from astroinertia.costs import reference
+from astroinertia.costs.evaluations import Counts
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 
@@ -36,21 +40,28 @@ MOST = 10_000_000  # particles of a run: more are not chosen
 UNSURE = 0.5  # of the error of the finest pilot, that of what the ladder tends to
 COST = 4.0 / 3.0  # seconds go as this power of the number of particles: N passes over N^(1/3) times as many steps
 LONGER, SHORTEST = 2.0, 0.05  # factors of the time step
+SURE = 0.8  # of the processor time of a run, what its pilots may take: both are known to a fifth
+FINER = 1.05  # from one number of particles to the next, until the run costs what its pilots did
 REFUSING = 0.1  # of the time allowed, that one more pilot may take before a cost is reported
 PATIENCE = 30.0  # s, that it may take at most for that, whatever the run may take: those before it take as much in all
 
-Other = Callable[[Measured, float], Settings | None]
+Other = Callable[[Measured, float, Callable[[float], bool]], Settings | None]
 
 
 @dataclass
 class Ladder:
-    """Pilots by their number of particles, all with the same factor of the time step."""
+    """Pilots by their number of particles, all with the same factor of the time step.
+
+    counts: how their steps follow from each other; settled: the numbers of particles whose bodies are placed already.
+    """
 
     pilots: Pilots
     main: Knob
     timestep: Knob
     factor: float
+    counts: Counts
     runs: dict[int, Measured] = field(default_factory=dict)
+    settled: set[int] = field(default_factory=set)
 
     @property
     def finest(self) -> int:
@@ -61,12 +72,17 @@ class Ladder:
         """A pilot with so many particles, and other settings if need be."""
         steps = "" if factor == 1.0 else f", time steps {factor:g} times as long"
         settings = (*self.main.overrides(float(count)), *self.timestep.overrides(factor), *more)
-        return self.pilots.run(f"{count} particles{steps}{what}", settings, self.work(count, factor))
+        work, earlier = self.work(count, factor), settings in self.pilots.done
+        pilot = self.pilots.run(f"{count} particles{steps}{what}", settings, work)
+        if not earlier:
+            self.pilots.processor += self.processor(count, factor, pilot.evaluations or work, more)
+            self.settled.add(count)
+        return pilot
 
     def work(self, count: float, factor: float) -> float:
         """Evaluations of particles that so many will take."""
         if not self.runs:
-            return _counted(self.quiet(int(count), factor))
+            return reference.estimated(self.quiet(int(count), factor)).evaluations * count
         last = self.runs[self.finest]
         return last.evaluations * (count / self.finest) ** self.power * self.factor / factor
 
@@ -88,36 +104,49 @@ class Ladder:
         last = self.runs[self.finest]
         return (last.preparation_time + last.step_time) * (count / self.finest) ** COST
 
-    def affords(self, more: float, count: float, factor: float) -> bool:
-        """Whether pilots with so many more evaluations cost no more than a run of so many particles."""
-        return self.pilots.work + more <= self.of_run(count, factor)
+    def processor(self, count: int, factor: float, evaluations: float, more: tuple[str, ...] = ()) -> float:
+        """Processor seconds of a pilot, of the reference machine."""
+        scene = self.quiet(count, factor, more)
+        return reference.of_particles(scene, evaluations, self.counts, placed=count in self.settled)
 
-    def quiet(self, count: int, factor: float) -> Scene:
+    def processor_of_run(self, count: float, factor: float) -> float:
+        """The same of the run in a process of its own."""
+        settings = (*self.main.overrides(count), *self.timestep.overrides(factor))
+        scene = knobs.with_overrides(self.pilots.scene, settings)
+        return reference.of_particles(scene, self.of_run(count, factor), self.counts, alone=True)
+
+    def affords(self, more: Sequence[tuple[int, float]], count: float, factor: float, processor: float = 0.0) -> bool:
+        """Whether pilots cost no more than a run of so many particles.
+
+        more: further pilots, their numbers of particles and factors; processor: seconds of what else is run.
+        """
+        works = [self.work(*pilot) for pilot in more]
+        if self.pilots.work + sum(works) > self.of_run(count, factor):
+            return False
+        if count > MOST:
+            return True
+        processor += sum(self.processor(*pilot, work) for pilot, work in zip(more, works, strict=True))
+        return self.pilots.processor + processor <= SURE * self.processor_of_run(count, factor)
+
+    def quiet(self, count: int, factor: float, more: tuple[str, ...] = ()) -> Scene:
         """The scene of a pilot."""
-        settings = (*self.main.overrides(float(count)), *self.timestep.overrides(factor))
+        settings = (*self.main.overrides(float(count)), *self.timestep.overrides(factor), *more)
         return measuring.scene_of(self.pilots.scene, Setting("pilot", count, settings), self.pilots.observables)
-
-
-def _counted(scene: Scene) -> float:
-    with suppress(ArithmeticError, ValueError):
-        counts = counted(scene)
-        return 0.0 if counts is None else counts.evaluations * (scene.particles or 0)
-    return 0.0
 
 
 def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Settings | OutOfReach:
     """The cheapest number of particles, factor of the time steps and error of gravity for an accuracy.
 
-    seconds: of wall time that the run may take. other: asked after every pilot with what the ladder tends to and how
-    unsure that is; where it finds something (a cheaper model that agrees), that is taken in place of the particles'
-    run, which pilots cost no more than.
+    seconds: of wall time that the run may take. other: asked after every pilot with what the ladder tends to, how
+    unsure that is and which processor seconds the particles' run affords; where it finds something (a cheaper model
+    that agrees), that is taken in place of the particles' run, which pilots cost no more than.
     """
     by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
     main, timestep = by_name["particles"], by_name["timestep_factor"]
-    ladder = Ladder(pilots, main, timestep, LONGER if LONGER in timestep.values else 1.0)
-    few = knobs.with_overrides(pilots.scene, main.overrides(1000.0))  # neighbours may rise with particles, from there
-    count = fewest = round(FEWEST * smoothing(few)[1])
-    _announce(ladder, fewest)
+    count = fewest = fewest_particles(pilots.scene)
+    factor = LONGER if LONGER in timestep.values else 1.0
+    few = knobs.with_overrides(pilots.scene, (*main.overrides(float(fewest)), *timestep.overrides(factor)))
+    ladder = Ladder(pilots, main, timestep, factor, reference.estimated(few))
     while True:
         pilot = ladder.run(count, ladder.factor)
         if not pilot.failure:
@@ -132,31 +161,40 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
             steps = {n ** (-1 / 3): ladder.runs[n] for n in sorted(ladder.runs)[-LAST:]}
             estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
             limit = pilots.limit(steps, estimate.order)
-            cheaper = other(limit, UNSURE * estimate.error)
+            wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
+            affords = partial(ladder.affords, ((fewest, 1.0),), wanted, ladder.factor)
+            cheaper = other(limit, UNSURE * estimate.error, affords)
             if cheaper is not None:
                 return cheaper
-            wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
-            further = ladder.work(following, ladder.factor) + ladder.work(fewest, 1.0)
+            further = ((following, ladder.factor), (fewest, 1.0))
             if wanted > MOST or ladder.seconds(wanted) > seconds:
                 telling = ladder.seconds(following) > min(REFUSING * seconds, PATIENCE) or following > MOST
                 if len(ladder.runs) > 2 and telling:
                     return _refusal(ladder, estimate, wanted, seconds)
             elif not ladder.affords(further, wanted, ladder.factor):
                 return _settled(ladder, estimate, wanted, accuracy)
-            elif len(ladder.runs) > 2 and wanted <= BEYOND * count and other(limit, 0.0) is None:
+            elif len(ladder.runs) > 2 and wanted <= BEYOND * count and other(limit, 0.0, affords) is None:
                 return _settled(ladder, estimate, wanted, accuracy)  # else a finer pilot may tell that it agrees
         count = following
 
 
-def _announce(ladder: Ladder, fewest: int) -> None:
-    """Say what the pilots will take that every search runs: two numbers of particles, and shorter steps at one."""
-    first = [(fewest, ladder.factor), (int(GROWTH * fewest), ladder.factor), (fewest, 1.0)]
-    times, compiling = zip(*(seconds_of(ladder.quiet(*one)) for one in first), strict=True)
-    if all(times):
-        ladder.pilots.listener(
-            f"{len(first)} pilots before the run, of about {duration(sum(times) + max(compiling))} in all; more of "
-            "them as long as all cost no more than the run"
-        )
+def fewest_particles(scene: Scene) -> int:
+    """How many the first pilot has; neighbours may rise with particles, from a thousand on."""
+    main = next(knob for knob in knobs.knobs(scene) if knob.name == "particles")
+    return round(FEWEST * smoothing(knobs.with_overrides(scene, main.overrides(1000.0)))[1])
+
+
+def first(scene: Scene) -> tuple[Scene, ...]:
+    """What every search runs, about: two numbers of particles with long steps, and shorter ones at the fewer."""
+    by_name = {knob.name: knob for knob in knobs.knobs(scene)}
+    main, timestep = by_name["particles"], by_name["timestep_factor"]
+    longer = LONGER if LONGER in timestep.values else 1.0
+    fewest = fewest_particles(scene)
+    pilots = ((fewest, longer), (int(GROWTH * fewest), longer), (fewest, 1.0))
+    return tuple(
+        knobs.with_overrides(scene, (*main.overrides(float(count)), *timestep.overrides(factor)))
+        for count, factor in pilots
+    )
 
 
 def _particles(ladder: Ladder, estimate: Estimate, error: float) -> float:
@@ -172,21 +210,22 @@ def _rounded(count: float) -> float:
 
 
 def _settled(ladder: Ladder, estimate: Estimate, wanted: float, accuracy: float) -> Settings:
-    pilots, finest = ladder.pilots, ladder.finest
+    finest = ladder.finest
     tried = max(
-        (n for n in ladder.runs if n <= TRIED and ladder.affords(ladder.work(n, 1.0), wanted, ladder.factor)),
+        (n for n in ladder.runs if n <= TRIED and ladder.affords(((n, 1.0),), wanted, ladder.factor)),
         default=min(ladder.runs),
     )
     factor, of_steps, steps = _timestep(ladder, tried, OF_STEPS * accuracy)
     gravity = _gravity(ladder, tried, wanted, factor, OF_GRAVITY * accuracy)
-    least = finest * (pilots.work / ladder.work(finest, factor)) ** (1.0 / ladder.power)
-    least = min(least, pilots.work / max(pilots.met, 1))
+    least = wanted
+    while not ladder.affords((), least, factor):
+        least = _rounded(FINER * least)
     why = (
         f"pilots with {', '.join(map(str, sorted(ladder.runs)))} tell an error of {estimate.error:.1e} at {finest}, "
         f"which falls as h^{estimate.order:.2g}{'' if len(ladder.runs) > 2 else ', as two are taken to tell'}"
     )
     if wanted < least:
-        wanted, why = _rounded(least), f"{why}; fewer would cost less than the pilots"
+        wanted, why = least, f"{why}; fewer would cost less than the pilots"
     overrides, chosen = ladder.main.overrides(wanted), {"particles": wanted}
     errors = {"resolution": estimate.at((wanted / finest) ** (-1 / 3)), "time steps": of_steps}
     reasons = [f"{wanted:.0f} particles: {why}", steps]
@@ -199,7 +238,8 @@ def _settled(ladder: Ladder, estimate: Estimate, wanted: float, accuracy: float)
         if value != knob.default:
             overrides, chosen["force_error"] = overrides + knob.overrides(value), value
     seconds = ladder.seconds(wanted) * ladder.factor / factor
-    return Settings(overrides, chosen, errors, seconds, tuple(reasons), ladder.of_run(wanted, factor))
+    processor = ladder.processor_of_run(wanted, factor)
+    return Settings(overrides, chosen, errors, seconds, tuple(reasons), ladder.of_run(wanted, factor), processor)
 
 
 def _timestep(ladder: Ladder, count: int, share: float) -> tuple[float, float, str]:
@@ -235,7 +275,7 @@ def _gravity(
     for tried in map(float, knob.values):  # from coarse to fine
         if tried > share and tried != knob.values[-1]:
             continue
-        if not ladder.affords(ladder.work(count, ladder.factor), wanted, factor):
+        if not ladder.affords(((count, ladder.factor),), wanted, factor):
             value = error = float(knob.default)  # motion is linear in it
             why = f"gravity to {value:g}, as it is: one more pilot would cost more than the run"
             break

@@ -190,6 +190,12 @@ class Ladder:
         return seconds_of(with_overrides(self.pilots.scene, self.method.overrides(value)))[0]
 
 
+def first(scene: Scene) -> tuple[Scene, ...]:
+    """What every search runs at first: two coarse settings of the method that is the cheapest of a step."""
+    method = methods(scene, scene.accuracy or FINEST_TOLERANCE)[0]
+    return tuple(with_overrides(scene, method.overrides(value)) for value in method.values[:2])
+
+
 def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:
     """The cheapest of all methods for an accuracy; seconds: of wall time that the run may take."""
     ladders = [Ladder(pilots, method, SHARE * accuracy) for method in methods(pilots.scene, accuracy)]

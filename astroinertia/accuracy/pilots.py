@@ -18,7 +18,7 @@ from astroinertia.accuracy.knobs import Setting, Value
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
 from astroinertia.accuracy.words import duration
-from astroinertia.costs import machine
+from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
 from astroinertia.scene.plan import cadence, records
@@ -31,7 +31,8 @@ Listener = Callable[[str], None]
 class Pilots:
     """Runs of a scene at settings, none of them twice.
 
-    So far: spent, seconds of wall time; work, evaluations, and `predicted`, what was predicted of each before.
+    So far: spent, seconds of wall time; work, evaluations, and `predicted`, what was predicted of each before;
+    processor, seconds of the reference machine (costs.reference), of particles and of models tried beside them.
     """
 
     scene: Scene
@@ -41,6 +42,7 @@ class Pilots:
     spent: float = 0.0
     work: float = 0.0
     predicted: float = 0.0
+    processor: float = 0.0
     done: dict[tuple[str, ...], Measured] = field(default_factory=dict)
 
     def run(self, label: str, overrides: Sequence[str], work: float = 0.0, stages: float = 1.0) -> Measured:
@@ -71,13 +73,18 @@ class Pilots:
             scene = measuring.scene_of(self.scene, setting, self.observables)
         except SceneError as error:
             return measuring.failed(str(error), self.observables)
-        seconds, _ = seconds_of(scene)
-        self.listener(f"{setting.value}, about {duration(seconds)}" if seconds > 0.0 else str(setting.value))
+        seconds, compiling = seconds_of(scene)
+        first = scene.model == "sph" or not any(run.steps for run in self.done.values())
+        compiled = f", and {duration(compiling)} to compile" if compiling > 0.0 and first else ""
+        self.listener(f"{setting.value}, about {duration(seconds)}{compiled}" if seconds > 0.0 else str(setting.value))
         place = measuring.folder_of(self.folder, scene, setting)
         stored = measuring.stored(place, self.observables)
-        if stored is None or not (stored.failure or stored.evaluations):
-            return measuring.measure(scene, self.observables, place, rehearsed=False)
-        return stored
+        if stored is not None and (stored.failure or stored.evaluations):
+            return stored
+        measured = measuring.measure(scene, self.observables, place, rehearsed=False)
+        if not measured.failure:
+            experience.note(scene)
+        return measured
 
     def apart(self, one: Measured, other: Measured) -> float:
         """The largest relative difference of any observable; infinite where one of them failed."""
@@ -125,7 +132,8 @@ class Settings:
     """A setting that a search settled for.
 
     chosen: {knob: value}; errors: {source: relative error that is expected}; seconds: of wall time that its steps and
-    preparation are expected to take; reasons: a sentence each; work: that the run is expected to take, as of pilots.
+    preparation are expected to take; reasons: a sentence each; work: that the run is expected to take, as of pilots;
+    processor: seconds of the reference machine for a run of particles with its start, 0 without particles.
     """
 
     overrides: tuple[str, ...]
@@ -134,6 +142,7 @@ class Settings:
     seconds: float
     reasons: tuple[str, ...]
     work: float = 0.0
+    processor: float = 0.0
 
     @property
     def error(self) -> float:

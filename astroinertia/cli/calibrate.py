@@ -88,6 +88,10 @@ def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan
         runs = companion_runs(scene)
         costs = {run.name: (run.scene, predict(run.scene, speeds, options.processes)) for run in runs}
         lines = (*lines, plan_lines.of_error_bars(scene, costs))
+    if scene.wants_choice:
+        from astroinertia.accuracy.choice import price_before
+
+        lines = (*lines, plan_lines.of_pilots(price_before(scene)))
     return replace(plan, sections={**plan.sections, "cost": lines})
 
 

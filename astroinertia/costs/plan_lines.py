@@ -67,6 +67,11 @@ def of_error_bars(main: Scene, runs: Mapping[str, tuple[Scene, Prediction | None
     return Line("error bars", f"{seconds(taken)} more", why)
 
 
+def of_pilots(price: str) -> Line:
+    """The line of a plan on the pilots that a choice of settings takes, by what they are said to take."""
+    return Line("pilots", price or "wall time not known", "none of particles where a cheaper model is exact")
+
+
 def _unknown(scene: Scene) -> str:
     if scene.numerics.engine != "numba_cpu":
         return f"the engine {scene.numerics.engine} is not calibrated"

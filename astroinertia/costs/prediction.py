@@ -120,12 +120,9 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     if any(isinstance(alone.body, LayeredBody) for alone in scene.alone()):
         parts["solving for planets"] = COMPILED_FOR_PLANETS * costs["compile.sph"]
     if not experience.placed(scene):
-        parts |= _placing(scene, particles, machine)
+        parts |= placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
-    written = _records(scene, counts.steps)
-    once = evaluation(scene, particles, machine)
-    again = total(cost for name, cost in once.items() if name in scene.effects)  # once more, for the virials
-    one = costs["record"] + particles * costs["record.particle"] + again
+    written, one = written_records(scene, counts.steps), record(scene, particles, machine)
     size = files(scene, written, particles)
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     if share:
@@ -196,7 +193,8 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     return Prediction(parts, steps, "an estimate", done, machine.memory[kind], size, machine.calibrated)
 
 
-def _placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
+def placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:
+    """What it takes to place bodies, and to settle those that are, by parts."""
     parts = {}
     bodies: Any = [alone.body for alone in scene.alone()]
     if any(body.placement == "glass" and body.laid_out for body in bodies):
@@ -221,7 +219,14 @@ def _settling(scene: Scene, machine: Machine) -> Seconds:
     return settling_steps(body.particles) * total(evaluation(still, body.particles, machine).values())
 
 
-def _records(scene: Scene, steps: float) -> float:
+def record(scene: Scene, particles: int, machine: Machine) -> Seconds:
+    """What a record of so many particles takes."""
+    costs, once = machine.seconds, evaluation(scene, particles, machine)
+    again = total(cost for name, cost in once.items() if name in scene.effects)  # once more, for the virials
+    return costs["record"] + particles * costs["record.particle"] + again
+
+
+def written_records(scene: Scene, steps: float) -> float:
     """How many records a run of particles leaves: no more than it takes steps."""
     when = cadence(scene)
     if when.series_every is None:

@@ -6,20 +6,26 @@ That it holds on real ones is shown by tests/benchmarks/delivered.py, whose tabl
 import math
 import re
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.accuracy import choice, choice_smooth, measuring
+from astroinertia.accuracy import choice, choice_particles, choice_smooth, measuring
 from astroinertia.accuracy.analysis import reference_of
 from astroinertia.accuracy.exact import exact
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import default_names, parsed
+from astroinertia.accuracy.words import duration
+from astroinertia.cli.calibrate import with_cost
 from astroinertia.cli.main import main
+from astroinertia.costs.machine import current
+from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
 from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.scene import load
+from astroinertia.scene.plan import plan
 from tests.delivered_scenes import ELLIPSOID
 from tests.tradeoff_scenes import SIMS, TOY_STAR
 
@@ -46,10 +52,14 @@ end = 10.0
 
 
 class Formula:
-    """Runs that err as prescribed: resolution R h^2, time steps S f^2, splitting (c/n)^order, other models M."""
+    """Runs that err as prescribed: resolution R h^2, time steps S f^2, splitting (c/n)^order, other models M.
 
-    def __init__(self, resolution=1.0, steps=1e-3, coarse=3.0, models=None, seconds=1e-4):
+    often: evaluations of a particle over N^(1/3)/f.
+    """
+
+    def __init__(self, resolution=1.0, steps=1e-3, coarse=3.0, models=None, seconds=1e-4, often=1.0):
         self.resolution, self.steps, self.coarse, self.seconds = resolution, steps, coarse, seconds
+        self.often = often
         self.models = models or {}
         self.runs = []
 
@@ -63,7 +73,7 @@ class Formula:
         if scene.model != "sph":
             return self.models.get(scene.model, numerics.tolerance), 10.0 * numerics.tolerance ** (-1 / 8), STAGES[""]
         count, factor = scene.body.particles, scene.numerics.courant / 0.3
-        return self.resolution * count ** (-2 / 3) + self.steps * factor**2, count ** (4 / 3) / factor, 1
+        return self.resolution * count ** (-2 / 3) + self.steps * factor**2, self.often * count ** (4 / 3) / factor, 1
 
     def work(self, scene):
         _, evaluations, stages = self.error(scene)
@@ -218,12 +228,21 @@ def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     )
 
 
-@pytest.mark.parametrize(("apart", "model"), [(1e-3, "ellipsoid"), (0.2, "sph")])
+@pytest.mark.parametrize(("apart", "model"), [(1e-4, "ellipsoid"), (0.2, "sph")])
 def test_an_approximate_rung_is_taken_where_it_agrees_with_particles(runs, tmp_path, monkeypatch, apart, model):
-    runs(Formula(models={"ellipsoid": apart}))
+    runs(Formula(models={"ellipsoid": apart}, steps=1e-5, often=100.0))
     monkeypatch.setattr(choice, "_is_exact", lambda scene: False)
-    found = choice.choose(particles(1e-2), tmp_path)
+    found = choice.choose(particles(3e-3), tmp_path)
     assert found.scene.model == model
+
+
+def test_an_approximate_rung_is_not_tried_where_it_takes_longer_to_compile_than_particles_to_run(
+    runs, tmp_path, monkeypatch
+):
+    formula = runs(Formula(models={"ellipsoid": 1e-3}))
+    monkeypatch.setattr(choice, "_is_exact", lambda scene: False)
+    found = choice.choose(particles(1e-2, "output.series_every=3.0"), tmp_path)  # records take time, too
+    assert {scene.model for scene in [found.scene, *formula.runs]} == {"sph"}
 
 
 def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
@@ -254,6 +273,7 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
     found = choice.choose(load.loads(text, (*settings, f"accuracy={accuracy}")), tmp_path)
     assert found.pilot_work == pytest.approx(sum(map(formula.work, formula.runs)))
     assert found.pilot_work <= formula.work(found.scene)
+    assert found.pilot_processor <= choice_particles.SURE * found.settings.processor
     assert formula.error(found.scene)[0] <= accuracy
 
 
@@ -270,6 +290,34 @@ def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, tex
     stages = STAGES[numerics.order if numerics.integrator == "splitting" else ""]
     assert 0.0 < found.pilot_work <= run.evaluations * (1 if found.scene.model == "sph" else stages)
     assert found.pilot_work / 1.5 < found.predicted_work < found.pilot_work * 1.5
+
+
+@pytest.mark.parametrize("accuracy", [0.1, 3e-2])
+def test_pilots_of_a_long_run_take_at_most_its_processor_time(runs, tmp_path, accuracy):
+    """Few particles take several times the processor time of many for each evaluation, of which pilots have fewer."""
+    runs(Formula(often=1e4))
+    found = choice.choose(particles(accuracy, "model='sph'", "output.align=false"), tmp_path)
+    run, pilots = found.settings.processor, found.pilot_processor
+    assert 10.0 < pilots <= choice_particles.SURE * run
+    assert found.settings.processor / found.settings.work < 0.6 * pilots / found.pilot_work
+    assert found.scene.body.particles > 250  # of which the run would have the accuracy, and cost less
+    assert f"{duration(run)} with its start and {duration(pilots)}" in found.scene.choice["price"]
+
+
+def test_what_first_pilots_take_is_reported_before_and_by_a_plan(runs, tmp_path):
+    reported = []
+    formula = runs(Formula())
+    scene = particles(1e-2, "model='sph'")
+    choice.choose(scene, tmp_path, listener=reported.append)
+    before = [predict(one, current()) for one in choice_particles.first(scene)]
+    seconds = sum(one.again.wall for one in before) + max(one.compiling.wall for one in before)
+    assert reported[0] == choice.price_before(scene)
+    assert reported[0].startswith(
+        f"3 pilots before the run, of about {duration(seconds)} in all; more of them as long as"
+    )
+    assert {one.particles for one in choice_particles.first(scene)} <= {one.particles for one in formula.runs}
+    lines = with_cost(plan(scene), scene, SimpleNamespace(pilot=False, processes=1), print).sections["cost"]
+    assert [line.value for line in lines if line.name == "pilots"] == [reported[0]]
 
 
 def test_pilots_that_have_lost_their_way_are_not_believed(tmp_path):
