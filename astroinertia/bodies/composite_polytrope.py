@@ -27,6 +27,7 @@ from astroinertia.bodies.apsidal import (
 )
 from astroinertia.bodies.polytrope import central_series, hermite
 from astroinertia.errors import NumericalError
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 _NODES = 513  # in each zone, for the profiles
@@ -220,8 +221,7 @@ def composite_polytrope(
         raise ValueError(f"the core needs a finite index of 0 or more, not {core_index!r}")
     if not 0 <= envelope_index < 5:
         raise ValueError(f"an envelope of finite radius needs an index 0 <= n < 5, not {envelope_index!r}")
-    if not 0 < weight_ratio < math.inf:
-        raise ValueError(f"the ratio of the mean molecular weights must be positive and finite, not {weight_ratio!r}")
+    require_positive(weight_ratio=weight_ratio)
     indices = (float(core_index), float(envelope_index))
     if name == "pressure_ratio":
         t = wanted ** (0.25 / (core_index + 1))

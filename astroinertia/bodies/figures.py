@@ -38,6 +38,7 @@ from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.rotating_figure import RotatingFigure, figure_of_solution
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import BarotropicLaw, PolytropicLaw
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 if TYPE_CHECKING:  # it brings JAX along, which figures do not need
@@ -131,13 +132,7 @@ def _rotation(small_m, rotation_parameter, angular_velocity, rate_unit: float, r
 def _check_settings(nodes: int, harmonics: int | None, accuracy: float) -> None:
     if nodes < FEWEST_NODES or (harmonics is not None and harmonics < FEWEST_HARMONICS):
         raise ValueError(f"a figure needs {FEWEST_NODES} nodes and {FEWEST_HARMONICS} harmonics at least")
-    _positive(accuracy=accuracy)
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be a finite number above zero, not {value!r}")
+    require_positive(accuracy=accuracy)
 
 
 def _radius_of_sphere(edges, powers, laws, mass: float, gravitational_constant: float, nodes: int) -> float:
@@ -178,7 +173,7 @@ def figure_of_density(
     edges = _layer_edges(outer_radii)
     if len(densities) != len(edges) - 1:
         raise ValueError("each layer needs one density")
-    _positive(gravitational_constant=gravitational_constant)
+    require_positive(gravitational_constant=gravitational_constant)
     _check_settings(nodes, harmonics, accuracy)
     mean_radius = float(edges[-1])
     edges, owner = cut_tall_layers(edges / mean_radius)
@@ -271,7 +266,7 @@ def figure_of_barotropes(
     if abs(edges[-1] - 1) > 1e-14 or len(laws) != len(edges) - 1:
         raise ValueError("the outer fractions must end with 1, and each layer needs one law")
     reference = 1.0 if mean_radius is None else mean_radius
-    _positive(mass=mass, mean_radius=reference, gravitational_constant=gravitational_constant)
+    require_positive(mass=mass, mean_radius=reference, gravitational_constant=gravitational_constant)
     _check_settings(nodes, harmonics, accuracy)
     edges, owner = cut_tall_layers(edges)
     laws = [laws[number] for number in owner]

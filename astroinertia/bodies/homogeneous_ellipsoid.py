@@ -11,8 +11,8 @@ import numpy as np
 
 from astroinertia.bodies import ellipsoid_gravity
 from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
-from astroinertia.bodies.scale import positive_scale
 from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field
+from astroinertia.process.positive import require_positive
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,9 @@ class HomogeneousEllipsoid(EquilibriumFigure):
 
     def rescaled(self, mass: float = 1.0, mean_radius: float = 1.0, gravitational_constant: float = 1.0) -> Self:
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
-        return replace(self, **positive_scale(mass, mean_radius, gravitational_constant))
+        scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}
+        require_positive(**scale)
+        return replace(self, **scale)
 
     @property
     def axes(self) -> np.ndarray:

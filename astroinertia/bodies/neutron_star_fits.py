@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from astroinertia.matter.compact_stars import SOLAR_LENGTH
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -41,8 +42,7 @@ KEPLER_FACTORS = {
 
 def _within(name: str, value, bounds: tuple[float, float], check_range: bool) -> np.ndarray:
     value = np.asarray(value, dtype=float)
-    if not np.all(np.isfinite(value) & (value > 0)):
-        raise ValueError(f"{name} must be positive and finite")
+    require_positive(**{name: value})
     if check_range and not np.all((value >= bounds[0]) & (value <= bounds[1])):
         raise ValueError(
             f"the fit was made for {name} from {bounds[0]:.3g} to {bounds[1]:.3g}, not {value}; "

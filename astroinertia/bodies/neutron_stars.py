@@ -20,6 +20,7 @@ from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rota
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SOLAR_MASS
 
@@ -266,8 +267,7 @@ def star_of_mass(
     >>> print(f"{star_of_mass(read2009('SLy'), 1.4).radius_km:.2f} km")
     11.71 km
     """
-    if not (math.isfinite(mass) and mass > 0):
-        raise ValueError(f"the mass must be positive and finite, not {mass!r}")
+    require_positive(mass=mass)
     branch = stable_branch(equation_of_state, relativistic)
 
     def excess(log_enthalpy: float) -> float:

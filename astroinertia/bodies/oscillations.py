@@ -26,6 +26,7 @@ from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.bodies.polytrope_elements import BUOYANT, Basis, Elements, polytrope_elements
 from astroinertia.errors import NumericalError
 from astroinertia.process.blas import one_thread
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 RESOLUTIONS = (20, 28, 40, 56, 80)  # polynomials an element: tried in turn until two neighbours agree
@@ -249,8 +250,7 @@ def _mode(label: str, degree: int, spectrum: Spectrum, place: int, difference: f
 
 def _checked(index: float, gamma: float) -> tuple[float, float]:
     lane_emden(float(index))  # says what is wrong with an index
-    if not (np.isfinite(gamma) and gamma > 0):
-        raise ValueError(f"the adiabatic exponent must be positive and finite, not {gamma!r}")
+    require_positive(gamma=gamma)
     return float(index), float(gamma)
 
 

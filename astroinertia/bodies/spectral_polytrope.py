@@ -19,9 +19,9 @@ import numpy as np
 
 from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.null_field import QUANTITIES, Trial, find_surface, newton, rebased, sphere
-from astroinertia.bodies.scale import positive_scale
 from astroinertia.bodies.spheroidal_basis import legendre_polynomials
 from astroinertia.errors import NumericalError
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 _DEGREES = (12, 18, 26, 38, 56, 80)  # tried in turn until two agree
@@ -232,7 +232,9 @@ class RotatingPolytrope(EquilibriumFigure):
 
     def rescaled(self, mass: float, mean_radius: float, gravitational_constant: float) -> "RotatingPolytrope":
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
-        return replace(self, **positive_scale(mass, mean_radius, gravitational_constant))
+        scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}
+        require_positive(**scale)
+        return replace(self, **scale)
 
 
 def _ratios(body: RotatingPolytrope) -> np.ndarray:

@@ -29,6 +29,7 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import Barotrope, Piece
+from astroinertia.process.positive import require_positive
 
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
@@ -118,8 +119,7 @@ def structure(
     centre; NumericalError where the integration fails or finds no surface (gamma of 6/5 and below, for relativistic
     stars of large eta below about 1.25).
     """
-    if not (math.isfinite(central_enthalpy) and central_enthalpy > 0):
-        raise ValueError(f"the central enthalpy must be positive and finite, not {central_enthalpy!r}")
+    require_positive(central_enthalpy=central_enthalpy)
     if not 3e-14 <= tolerance <= 1e-3:
         raise ValueError(f"the tolerance must lie between 3e-14 and 1e-3, not {tolerance!r}")
     innermost = equation_of_state.piece_at(central_enthalpy)

@@ -15,6 +15,7 @@ from scipy.optimize import brentq, least_squares
 from astroinertia.inertia.gravity_field import GravityField, layered_field
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import inertia_from_second_moment, require_plausible, second_moment_from_inertia
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -114,9 +115,12 @@ def homogeneous_ellipsoid(inertia: Array, mass: float | None = None, density: fl
     if (mass is None) == (density is None):
         raise ValueError("an ellipsoid needs its mass or its density, and not both")
     second, axes = _solid(inertia)
-    if mass is None:
-        mass = float((_positive("density", density) * 4.0 / 3.0 * np.pi * 5.0**1.5 * np.sqrt(second.prod())) ** 0.4)
-    semi_axes = np.sqrt(5.0 * second / _positive("mass", mass))
+    if density is not None:
+        require_positive(density=density)
+        mass = float((density * 4.0 / 3.0 * np.pi * 5.0**1.5 * np.sqrt(second.prod())) ** 0.4)
+    assert mass is not None
+    require_positive(mass=mass)
+    semi_axes = np.sqrt(5.0 * second / mass)
     return LayeredEllipsoid(semi_axes[None], np.array([mass / (4.0 / 3.0 * np.pi * semi_axes.prod())]), axes)
 
 
@@ -140,7 +144,8 @@ def layered_ellipsoid(
     >>> print(layered_ellipsoid(0.36 * np.eye(3), 1.0, (0.5, 0.2)).semi_axes[:, 0].round(4))  # core, and surface
     [0.4878 1.0065]
     """
-    values = np.array([_positive("density of a layer", density) for density in densities])
+    require_positive(densities=densities)
+    values = np.array(densities)
     proportions = np.arange(1.0, len(values)) if boundaries is None else np.asarray(boundaries, dtype=float)
     if len(values) < 2 or len(proportions) != len(values) - 1:
         raise ValueError("a layered ellipsoid needs two densities or more, and one boundary fewer than densities")
@@ -194,8 +199,7 @@ def two_layer_ellipsoid(inertia: Array, mass: float, mean_density: float, outer_
     [0.354 1.   ] [5.325 0.8  ]
     """
     second, axes = _solid(inertia)
-    for name, value in (("mass", mass), ("mean density", mean_density), ("outer density", outer_density)):
-        _positive(name, value)
+    require_positive(mass=mass, mean_density=mean_density, outer_density=outer_density)
     size = (3.0 * mass / (4.0 * np.pi * mean_density)) ** (1.0 / 3.0)
     mean = second.prod() ** (1.0 / 3.0)
     if mean_density == outer_density:
@@ -290,12 +294,6 @@ def _solid(inertia: Array) -> tuple[np.ndarray, np.ndarray]:
             f"a body with a volume has I_1 + I_2 > I_3, and {low:.6g} + {middle:.6g} > {high:.6g} fails: it is flat"
         )
     return second, axes
-
-
-def _positive(name: str, value: float | None) -> float:
-    if value is None or not value > 0 or not np.isfinite(value):
-        raise ValueError(f"the {name} must be positive and finite, and is {value}")
-    return value
 
 
 def _unit_points(second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,6 @@ self-consistent field takes it scaled: as a function of x = e/e_max, in units of
 e_max. Tests: tests/unit/matter/test_barotropes.py, tests/unit/bodies/test_scf.py.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 
@@ -290,8 +290,7 @@ def matter_of(law: BarotropicLaw, max_enthalpy: float, name: str = "barotrope") 
     >>> print(f"{matter.max_density:.6f} {matter.density(np.array(0.25)):.6f}")  # (2/2.5)^1.5, and 0.25^1.5
     0.715542 0.125000
     """
-    if not (math.isfinite(max_enthalpy) and max_enthalpy > 0):
-        raise ValueError(f"the largest enthalpy must be positive and finite, not {max_enthalpy!r}")
+    require_positive(max_enthalpy=max_enthalpy)
     densest = float(law.density(np.array([max_enthalpy]))[0])
 
     def scaled(curve, unit):

@@ -20,6 +20,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import root_scalar
 
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
@@ -155,8 +156,7 @@ class Barotrope:
         """
         if quantity not in ("rest_density", "pressure", "energy_density"):
             raise ValueError(f"eta follows from rest_density, pressure or energy_density, not from {quantity!r}")
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"the central {quantity} must be positive and finite, not {value!r}")
+        require_positive(**{f"the central {quantity}": value})
 
         def excess(enthalpy: float, piece: Piece) -> float:
             density, pressure = piece.at(enthalpy)
@@ -209,12 +209,6 @@ def geometric_pressure(pressure) -> np.ndarray:
     return np.asarray(pressure, dtype=float) / (_SOLAR_DENSITY * SPEED_OF_LIGHT**2)
 
 
-def _check(**named: float) -> None:
-    for name, value in named.items():
-        if not (math.isfinite(value) and value > 0):
-            raise ValueError(f"equation of state: {name} must be positive and finite, not {value!r}")
-
-
 def polytrope(constant: float, gamma: float) -> Barotrope:
     """P = K rho0^gamma with e = rho0 + P/(gamma - 1); ValueError unless K > 0 and gamma > 1.
 
@@ -230,7 +224,7 @@ def energy_polytrope(constant: float, gamma: float) -> Barotrope:
     >>> print(energy_polytrope(100.0, 2.0).name)
     energy polytrope of gamma 2
     """
-    _check(constant=constant, **{"gamma - 1": gamma - 1})
+    require_positive(constant=constant, **{"gamma - 1": gamma - 1})
     return Barotrope(
         f"energy polytrope of gamma {gamma:g}", (0.0, math.inf), (EnergyPowerLaw(constant, 1 / (gamma - 1)),)
     )
@@ -242,7 +236,7 @@ def constant_density(density: float) -> Barotrope:
     >>> print(constant_density(1e-3).name)
     constant density
     """
-    _check(density=density)
+    require_positive(density=density)
     return Barotrope("constant density", (0.0, math.inf), (PowerLaw(density, 1.0, 0.0, 0.0),))
 
 
@@ -269,8 +263,7 @@ def piecewise_polytrope(
             f"{len(gammas)} gammas need {len(gammas) - 1} dividing densities and as many jumps, "
             f"not {len(densities)} and {len(jumps)}"
         )
-    _check(constant=constant, **{f"gammas[{i}]": value for i, value in enumerate(gammas)},
-           **{f"densities[{i}]": value for i, value in enumerate(densities)})  # fmt: skip
+    require_positive(constant=constant, gammas=gammas, densities=densities)
     if any(value < 1 or not math.isfinite(value) for value in jumps):
         raise ValueError(f"jumps are factors of 1 or more by which the density rises inwards, not {jumps}")
     if any(high <= low * jump for (low, high), jump in zip(pairwise(densities), jumps, strict=False)):
@@ -333,7 +326,7 @@ def four_parameter(
     >>> print(four_parameter(34.384, 3.005, 2.988, 2.851, name="mine").name)  # these are of SLy
     mine
     """
-    _check(log10_p1=log10_p1, gamma1=gamma1, gamma2=gamma2, gamma3=gamma3)
+    require_positive(log10_p1=log10_p1, gamma1=gamma1, gamma2=gamma2, gamma3=gamma3)
     crust_pressure = SLY_CRUST_CONSTANT * (100 * SPEED_OF_LIGHT) ** 2  # K rho0^gamma in dyn cm-2
     constant = crust_pressure
     for (outer, inner), density in zip(pairwise(SLY_CRUST_GAMMAS), SLY_CRUST_DENSITIES, strict=True):

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -97,9 +98,8 @@ def settling_time(
     >>> print(f"{settling_time(4e9, 100.0, 2000.0, 250.0, 1e-4) / 3.15576e7:.1e} yr")  # of a small asteroid
     1.0e+10 yr
     """
-    values = (rigidity, quality_factor, density, radius, rate, shape_factor)
-    if not all(0.0 < value < math.inf for value in values):
-        raise ValueError(f"a settling time needs positive, finite numbers, not {values}")
+    require_positive(rigidity=rigidity, quality_factor=quality_factor, density=density)
+    require_positive(radius=radius, rate=rate, shape_factor=shape_factor)
     return rigidity * quality_factor / (density * shape_factor * radius**2 * rate**3)
 
 
@@ -115,8 +115,7 @@ def harris_settling_time(period: float, diameter: float) -> tuple[float, float, 
     >>> print(f"{time / 3.15576e16:.0f} Gyr")
     204 Gyr
     """
-    if not (0.0 < period < math.inf and 0.0 < diameter < math.inf):
-        raise ValueError(f"a settling time needs a positive period and diameter, not {period} and {diameter}")
+    require_positive(period=period, diameter=diameter)
     scale = (period / _HOUR) ** 3 / (diameter / _KILOMETRE) ** 2 * _GIGAYEAR
     middle, least, greatest = (
         scale / constant**3

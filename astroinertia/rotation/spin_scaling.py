@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.neutron_star_fits import kepler_period, roche_shedding_period
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -86,9 +87,8 @@ def spin_up(
     >>> print(f"{1e3 * star.period:.2f} ms")
     8.91 ms
     """
-    sizes = (moment_ratio_before, mass_before, radius_before, moment_ratio_after, mass_after, radius_after)
-    for name, value in zip(("moment ratio", "mass", "radius") * 2, sizes, strict=True):
-        _positive(name, value)
+    require_positive(moment_ratio_before=moment_ratio_before, mass_before=mass_before, radius_before=radius_before)
+    require_positive(moment_ratio_after=moment_ratio_after, mass_after=mass_after, radius_after=radius_after)
     period = np.asarray(period_before, dtype=float)
     if np.any(period == 0) or np.any(np.isnan(period)):
         raise ValueError("a period is not 0; it is infinite for a body at rest")
@@ -141,9 +141,3 @@ def radius_of_period(moment_ratio: Array, mass: Array, angular_momentum: Array, 
     1.0000
     """
     return np.sqrt(np.abs(np.asarray(angular_momentum) * period) / (2 * math.pi * np.asarray(moment_ratio) * mass))
-
-
-def _positive(name: str, value: Array) -> None:
-    value = np.asarray(value, dtype=float)
-    if not np.all(np.isfinite(value) & (value > 0)):
-        raise ValueError(f"the {name} must be positive and finite")

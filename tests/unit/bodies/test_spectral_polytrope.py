@@ -130,7 +130,7 @@ def test_bad_arguments_are_refused():
         rotating_polytrope(-0.1)
     with pytest.raises(ValueError, match="finite"):
         rotating_polytrope(axis_ratio=1.1)
-    with pytest.raises(ValueError, match="mean radius"):
+    with pytest.raises(ValueError, match="mean_radius"):
         rotating_polytrope(0.1, mean_radius=0.0)
     with pytest.raises(ValueError, match="tolerance"):
         rotating_polytrope(0.1, tolerance=0.0)

@@ -108,7 +108,7 @@ def test_a_piece_too_many_changes_nothing():
 
 def test_refusals():
     equation = polytrope(100.0, 2.0)
-    with pytest.raises(ValueError, match="central enthalpy must be positive"):
+    with pytest.raises(ValueError, match="central_enthalpy must be positive"):
         structure(equation, -0.1)
     with pytest.raises(ValueError, match="tolerance must lie between"):
         structure(equation, 0.1, tolerance=1e-16)

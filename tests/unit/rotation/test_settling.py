@@ -65,9 +65,9 @@ def test_a_body_settles_through_the_separatrix():
 
 
 def test_bad_arguments_are_refused():
-    with pytest.raises(ValueError, match="positive, finite numbers"):
+    with pytest.raises(ValueError, match="density must be positive and finite"):
         settling.settling_time(1.0, 1.0, 0.0, 1.0, 1.0)
-    with pytest.raises(ValueError, match="positive period and diameter"):
+    with pytest.raises(ValueError, match="period must be positive and finite"):
         settling.harris_settling_time(-1.0, 1.0)
     with pytest.raises(ValueError, match="three finite moments"):
         settling.energy_to_lose([1.0, 2.0], [1.0, 2.0])

@@ -1,0 +1,17 @@
+"""Numbers of which nothing follows unless they are above zero.
+
+Test: tests/unit/process/test_positive.py.
+"""
+
+from typing import Any
+
+import numpy as np
+
+
+def require_positive(**named: Any) -> None:
+    """ValueError names the first argument, a number or an array, that is not positive and finite throughout."""
+    for name, value in named.items():
+        numbers = np.asarray(value, dtype=float)
+        wrong = numbers[~((numbers > 0) & (numbers < np.inf))]
+        if wrong.size:
+            raise ValueError(f"{name} must be positive and finite, not {wrong.flat[0]:g}")
