@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.costs import course, experience, flows, piloted, processes, smooth
-from astroinertia.costs.evaluations import SHARES, Counts, evaluation, near, run_of_steps, settling_steps
+from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
+from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene.body_kinds.layered import LayeredBody
@@ -29,10 +30,6 @@ SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
 # Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
 ACTIVE = 0.5  # of the particles, where intervals end within a base step
-# Of what more particles compile (36 s in sims/pulsar_collapse), what few do, for densities and for each effect between
-# neighbours: 2.4 s for pressure alone, 4.5 s with gravity and viscosity; and what steps of their own need further. So
-# is what JAX compiles to solve for a planet of layers, in every process (tests/benchmarks/results/first_runs.md).
-COMPILED_BY_FEW, COMPILED_BY_INDIVIDUAL, COMPILED_FOR_PLANETS = 0.033, 0.04, 0.2
 PREPARATION = ("start-up", "compiling", "placing", "solving for planets", "settling")
 # Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
 # 3.4, of companion runs of Dyson's ellipsoid in particles and of a top, and of pilots of tops).
@@ -115,8 +112,8 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     counts = met.at_most(scene.time.max_steps or math.inf)
     costs = machine.seconds
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
-    if (left := experience.left_to_compile(scene)) > 0.0:
-        parts["compiling"] = left * _compiled(scene) * costs["compile.sph"]
+    if experience.left_to_compile(scene) > 0.0:
+        parts["compiling"] = compiling(scene, costs)
     if any(isinstance(alone.body, LayeredBody) for alone in scene.alone()):
         parts["solving for planets"] = COMPILED_FOR_PLANETS * costs["compile.sph"]
     if not experience.placed(scene):
@@ -131,14 +128,6 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
     shortened, got = met.evaluations / own.evaluations, processes.received(particles, by) if share else 0.0
     return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got)
-
-
-def _compiled(scene: Scene) -> float:
-    """The share that a scene compiles of what more particles compile."""
-    if not experience.few(scene):
-        return 1.0
-    further = COMPILED_BY_INDIVIDUAL if scene.numerics.timesteps == "individual" else 0.0
-    return COMPILED_BY_FEW * (1 + sum(near(scene, kind) for kind in scene.effects)) + further
 
 
 def _placed(scene: Scene) -> int | None:

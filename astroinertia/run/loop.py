@@ -35,6 +35,7 @@ from astroinertia.models.protocol import Figures, Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
+from astroinertia.run.beside import compiled_beside
 from astroinertia.run.callback import STOPPED, Callback
 from astroinertia.run.extend import go_on_with
 from astroinertia.run.remaining import Pace
@@ -118,7 +119,7 @@ def run_scene(
     refuse_before(scene, folder)
     timed = profile.preparing if profile else _untimed
     described = timed(lambda: metadata(scene) | predicted(scene))
-    with computing(scene.numerics.devices):
+    with computing(scene.numerics.devices), compiled_beside(scene):
         # Prepared before the folder is made: a scene that cannot be built leaves nothing behind.
         prepared = timed(lambda: prepare(scene))
         described["structure"] = as_begun(described["structure"], prepared.evolution)
