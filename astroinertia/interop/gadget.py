@@ -2,7 +2,8 @@
 
 The layout is that of the GADGET-2 user guide (Springel 2005, section 6) with the groups Header and PartType0, and the
 unit system in Parameters and in the attributes of every field as in GADGET-4 (Springel, Pakmor, Zier & Reinecke 2021,
-MNRAS 506, 2871). GADGET's SmoothingLength is the radius at which the kernel vanishes; the h of this package, of which
+MNRAS 506, 2871), and as in GADGET-3 (VarDescription and beside it, as in EAGLE's files), which pynbody looks for.
+GADGET's SmoothingLength is the radius at which the kernel vanishes; the h of this package, of which
 that is a multiple, stands beside it as KernelScale. yt takes the default units (kpc, 10^10 solar masses, km/s) for
 granted, and pynbody finds the time in Time_GYR alone. Tests: tests/unit/interop/test_export.py,
 tests/physics/test_exports_elsewhere.py.
@@ -69,7 +70,10 @@ def write_gadget(snapshot: Snapshot, path: Path) -> None:
     arrays, units = snapshot.arrays, NONE if snapshot.dimensionless else DEFAULT
 
     def column(values: np.ndarray, of: Dimension) -> Column:
-        return Column(values / units.of(of) if values.dtype.kind == "f" else values, _scaling(of, units))
+        attributes = _scaling(of, units)
+        return Column(
+            values / units.of(of) if values.dtype.kind == "f" else values, attributes | _described(attributes)
+        )
 
     columns = {"PartType0/ParticleIDs": column(snapshot.identity, Dimension(0, 0, 0))}
     for name, written in NAMES.items():
@@ -144,4 +148,18 @@ def _scaling(of: Dimension, units: FileUnits) -> dict[str, float]:
         "mass_scaling": float(of.mass),
         "velocity_scaling": float(-of.time),
         "to_cgs": 1.0 if units is NONE else units.of(of) * in_cgs(of),
+    }
+
+
+def _described(scaling: dict[str, float]) -> dict[str, Any]:
+    """What GADGET-3 says of a field: its unit as a product of powers, such as U_M U_L^-3; no field is comoving."""
+    powers = {"U_M": "mass_scaling", "U_L": "length_scaling", "U_V": "velocity_scaling"}
+    factors = [(unit, scaling[name]) for unit, name in powers.items() if scaling[name] != 0.0]
+    product = [unit if power == 1.0 else f"{unit}^{power:g}" for unit, power in factors]
+    return {
+        # Readers look for a power up to the next blank.
+        "VarDescription": f"Physical, in {' '.join(product) or 'no unit'} .",
+        "CGSConversionFactor": scaling["to_cgs"],
+        "aexp-scale-exponent": 0.0,
+        "h-scale-exponent": 0.0,
     }

@@ -4,6 +4,7 @@ Files are opened without any argument. Each program is in the extra interop-test
 not installed.
 """
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,17 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "core"
     astroinertia.run_scene(astroinertia.load(SCENE, SETTINGS), folder)
     return folder
+
+
+def test_pynbody_finds_the_units_of_gadget_files(tmp_path, request):
+    pynbody = pytest.importorskip("pynbody")
+    (path,) = export(request.getfixturevalue("run"), "gadget", "last", tmp_path)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*units")
+        gas = pynbody.load(str(path)).gas
+        found = {name: gas[name].units for name in ("pos", "vel", "mass", "rho", "u", "iord")}
+    assert found["u"].ratio("m**2 s**-2") == pytest.approx(1e6)
+    assert found["iord"].ratio("1") == 1.0
 
 
 @pytest.mark.parametrize(("to", "read"), CASES, ids=lambda value: getattr(value, "__name__", value))

@@ -1,6 +1,7 @@
 """Exported files: every bit of the dataset, the meaning that each format gives to it, and messages of wrong calls."""
 
 import csv
+import re
 import sys
 import xml.etree.ElementTree as xml
 from dataclasses import replace
@@ -127,6 +128,12 @@ def test_units_of_every_field_follow_from_its_dimension(run, tmp_path):
             assert attrs["to_cgs"] == pytest.approx(factor), name
             product = np.prod([units[unit] ** attrs[f"{kind}_scaling"] for kind, unit in powers.items()])
             assert product == pytest.approx(factor), name
+            # As pynbody reads it: powers up to the next blank, the last character left out
+            described = {"U_L": "length", "U_M": "mass", "U_V": "velocity"}
+            found = re.findall(r"(U_[LMV])(?:\^(-?\d+))? ", attrs["VarDescription"][:-1])
+            product = np.prod([units[powers[described[unit]]] ** float(power or 1) for unit, power in found])
+            assert product == pytest.approx(attrs["CGSConversionFactor"]) == factor, name
+            assert attrs["aexp-scale-exponent"] == attrs["h-scale-exponent"] == 0.0
     plural = SWIFT_NAMES | {"Pressure": "Pressures"}
     with h5py.File(export(run, "swift", "0", tmp_path)[0]) as file:
         units = file["Units"].attrs
