@@ -6,6 +6,7 @@ this file does not know stops it. Numbers are those of a body of some mass and s
 large or at the limits; what contradicts itself is drawn again.
 """
 
+import functools
 import math
 import random
 import shutil
@@ -46,6 +47,7 @@ ENGINE_XLA = 0.02  # of the scenes with particles: each has programs of its own 
 LONGEST_LINE = 1000  # bytes; a scene may have 1 KiB
 
 
+@functools.cache  # to draw one until it is valid takes a tenth of a second
 def scene_text(number: int) -> str:
     """The TOML text of a scene that the loader takes; its files are those of `files`."""
     chance = random.Random(f"scene {number}")

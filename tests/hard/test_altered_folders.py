@@ -54,8 +54,8 @@ def resumed(reading, folder, names, seed, count):
 
 
 def test_altered_folders_are_resumed_or_refused(reading, tmp_path):
-    found = resumed(reading, tmp_path, QUICK, 7, 40)
-    assert found["refused"] > 20
+    found = resumed(reading, tmp_path, QUICK, 7, 24)
+    assert found["refused"] > 12
 
 
 @pytest.mark.full(inputs=INPUTS)

@@ -58,6 +58,7 @@ def test_a_vortex_stays_where_it_is_in_a_stream(tests: Any) -> None:
 RISING = ('numerics.kernel="wendland_c2"', 'numerics.neighbours="rising"')
 
 
+@pytest.mark.full(inputs=["tests/benchmarks/standard_tests.py"])
 def test_a_vortex_converges_with_rising_neighbours(tests: Any) -> None:
     """1000 and 3000 particles: the speed's error was 0.179 and 0.090, order 1.5; at 60 neighbours 0.198 and 0.161."""
     rows = [tests.measured("gresho", particles, *RISING) for particles in (1000, 3000)]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
 from tests.plugin_example import STOP, command, installed_in
 
@@ -51,20 +52,27 @@ THINGS = {
 
 
 @pytest.mark.slow
-def test_it_is_planned_audited_run_stopped_resumed_shown_reported_and_swept(tmp_path, monkeypatch) -> None:
-    installed, nowhere = installed_in(tmp_path), tmp_path / "nowhere"
+def test_it_is_planned_audited_run_stopped_resumed_shown_reported_and_swept(tmp_path, monkeypatch, capsys) -> None:
+    installed = installed_in(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE)
+    monkeypatch.chdir(tmp_path)
+
+    def without(*arguments: str, code: int = 0) -> str:
+        """What a command says in this process, which does not have the package."""
+        assert main(list(arguments)) == code
+        return "".join(capsys.readouterr())
+
     said = command(installed, tmp_path, "plan", "scene.toml", "--audit")
     assert said.count(f"from {PACKAGE}") >= len(THINGS)
     assert "k 0.3" in said and "the effect states no size" in said
     assert "McLaughlin" in said and "Papaloizou" in said and "phase of the quadrupole about z (rad)" in said
     (row,) = (line for line in said.splitlines() if line.strip().startswith("cubic_drag") and "yes" in line)
     assert any(part.isdigit() and int(part) > 0 for part in row.split())
-    assert "cubic_drag is not a known effect" in command(nowhere, tmp_path, "plan", "scene.toml", code=2)
+    assert "cubic_drag is not a known effect" in without("plan", "scene.toml", code=2)
 
     command(installed, tmp_path, "run", "scene.toml", "--output", "whole")
     command(installed, tmp_path, "run", "scene.toml", "--output", "parts", program=STOP, code=130)
-    assert "which is not here: install its package" in command(nowhere, tmp_path, "resume", "parts", code=2)
+    assert "which is not here: install its package" in without("resume", "parts", code=2)
     for thing, point in THINGS.items():  # nothing but that one is missing
         place = tmp_path / f"without {thing}"
         shutil.copytree(installed, place)
@@ -90,8 +98,8 @@ def test_it_is_planned_audited_run_stopped_resumed_shown_reported_and_swept(tmp_
     assert float(abs(whole.work.sel(effect="pressure")[-1])) > 0.0
     assert float(abs(whole.ledger_closure).max()) < 1e-13
 
-    assert "quadrupole phase (rad)" in command(nowhere, tmp_path, "show", "parts")
-    command(nowhere, tmp_path, "report", "parts", "--output", "report.html")
+    assert "quadrupole phase (rad)" in without("show", "parts")
+    without("report", "parts", "--output", "report.html")
     report = (tmp_path / "report.html").read_text()
     for words in ("cubic drag", "logotrope", "torus", "quadrupole phase (rad)"):
         assert words in report.replace("_", " "), words
