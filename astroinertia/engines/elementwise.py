@@ -211,6 +211,10 @@ def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Ki
             flat.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
             kinds.append(WHOLE)
             continue
+        if type(argument) is float:
+            flat.append(argument)
+            kinds.append(None)
+            continue
         array = _rows(argument, count)
         flat.append(np.ascontiguousarray(array).reshape(-1) if array.ndim else float(array))
         kinds.append(array.shape[1:] if array.ndim else None)

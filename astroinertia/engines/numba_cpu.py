@@ -396,6 +396,9 @@ def _table(arrangement: Arrangement, rows: int, width: int) -> np.ndarray:
 def _targets(arrangement: Arrangement, targets: Any) -> Targets:
     if targets is None:
         return arrangement.everyone
+    held = arrangement.lists
+    if held is not None and held.targets.indices is targets:
+        return held.targets
     indices = np.ascontiguousarray(targets, dtype=np.int64)
     start = arrangement.leaves.start
     if len(indices) and (indices[0] < 0 or indices[-1] >= start[-1] or np.any(np.diff(indices) <= 0)):

@@ -21,6 +21,9 @@ def available_threads() -> int:
 def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> None:
     """Run function(counter, *arguments) on every thread; counter (1,) int64 starts at 0 and is theirs to count on."""
     counter = np.zeros(1, np.int64)
+    if threads == 1:
+        function(counter, *arguments)
+        return
     others = [_pool(os.getpid(), threads - 1).submit(function, counter, *arguments) for _ in range(threads - 1)]
     try:
         function(counter, *arguments)

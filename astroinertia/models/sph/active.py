@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import PairTerm, argument_names
 from astroinertia.ledger.moments import Whole, after_heating
 from astroinertia.models.sph import evaluate, kick_drift, points, sorting
@@ -333,7 +333,11 @@ def distant_forces(
             sums = _sums_of(block, active, members)
             done.append((members, sums))
         for effect, outputs in sums.items():
-            impulses.setdefault(effect, np.zeros((len(active), 3)))[members] += weight * outputs["acceleration"]
+            impulse = weight * outputs["acceleration"]
+            if len(members) == len(active):
+                impulses[effect] = added(impulses.get(effect), impulse)
+            else:
+                impulses.setdefault(effect, np.zeros((len(active), 3)))[members] += impulse
         return sums
 
     for members, rungs, weight in weighted_sets(spans.base, spans.old, spans.level):
@@ -367,18 +371,36 @@ def _sums_of(block: BlockStep, active: Array, members: Array) -> Sums:
     whole = block.whole and len(chosen) == block.count
     if len(chosen) <= FEW and not whole:
         problem = block.direct
-    fluid: Any = fluid_of(block, chosen)  # as much of a state as effects look at
+    fluid: Any = Chosen(fluid_of(block), block.chosen(chosen))  # as much of a state as effects look at
     arrangement = block.arrangement
     if not whole:
         pairs = problem.engine.subset(arrangement.pairs, chosen, fluid.smoothing_length)
         arrangement = sorting.arranged(problem, pairs, fluid)
     before: Sums = {name: {"acceleration": array[chosen]} for name, array in block.under("distant").items()}
-    fields = evaluate.shared_fields(fluid)
-    for name in _asked_for(problem.terms("all_pair_terms")):
+    terms = problem.terms("all_pair_terms")
+    fields = evaluate.shared_fields(fluid) if terms else {}
+    for name in _asked_for(terms):
         if f"field.{name}" in block.more:
             fields[name] = block.take(f"field.{name}", chosen)
     sums = evaluate.distant_sums(problem, arrangement, fluid, before, False, fields)
     return {effect: outputs for effect, outputs in sums.items() if outputs}
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Some particles of a fluid, of which an array is made when it is asked for: sums ask for few."""
+
+    fluid: Fluid
+    chosen: Array | None
+
+    @property
+    def memory(self) -> dict[str, Array]:
+        """What effects evolve for themselves of these particles."""
+        return {name: rows(array, self.chosen) for name, array in self.fluid.memory.items()}
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self.fluid, name)
+        return rows(value, self.chosen) if isinstance(value, np.ndarray) and value.ndim else value
 
 
 @lru_cache(maxsize=32)

@@ -84,36 +84,30 @@ def step(
     # Nor do several rungs pay with limits that are agreed on, which are closer together.
     if rung is not None or intervals.rungs_that_pay(limits):
         lists = evaluate.listed(problem, arrangement.pairs, state)
-        limits = agreed_limits(problem, lists, state, limits)
+        moving = state.position, state.rates.fluid.velocity, state.smoothing_length
+        apart = _contacts(problem, *moving, min(remaining, longest, float(np.max(limits))))
+        limits = agreed_limits(problem, lists, state, np.minimum(limits, apart))
         if rung is None:
-            base, rung = _chosen(problem, state, limits, remaining, longest)
+            base, rung = intervals.base_step(limits, remaining, 0 if _act_with_base(problem) else BEYOND, longest)
         else:
             base = towards(remaining, longest)
         if rung.any():  # type: ignore[union-attr]
-            return _split(problem, arrangement, lists, state, base, limits, rung)
+            return _split(problem, arrangement, lists, state, base, limits, apart, rung)
     dt = towards(remaining, min(float(state.rates.timestep), longest))
     taken = Taken(np.array([len(limits)]), len(limits), 1)
     return global_steps.step(problem, arrangement, state, np.float64(dt)), arrangement, taken
 
 
-def _chosen(
-    problem: Problem, state: State, limits: Array, remaining: float, longest: float
-) -> tuple[float, Array]:  # fmt: skip
-    """The base step, no longer than `longest`, and rungs (N,) that cost least with limits (N,)."""
-    # What is on its way is not to be met in the middle of an interval.
-    beyond = 0 if _act_with_base(problem) else BEYOND
-    if problem.terms("neighbour_terms"):
-        most = min(remaining, longest, 2.0**beyond * float(np.max(limits)))
-        longest = min(longest, float(timesteps.contact(problem, state.rates.fluid, np.float64(most))))
-    return intervals.base_step(limits, remaining, beyond, longest)
-
-
 def _split(
-    problem: Problem, arrangement: Arrangement, lists: Any, state: State, base: float, limits: Array, rung: Array
-) -> tuple[State, Arrangement, Taken]:
-    """A base step of that length with these rungs (N,); lists: the engine's arrangement with lists of neighbours."""
+    problem: Problem, arrangement: Arrangement, lists: Any, state: State, base: float, limits: Array, apart: Array,
+    rung: Array,
+) -> tuple[State, Arrangement, Taken]:  # fmt: skip
+    """A base step of that length with these rungs (N,), limits (N,) and those of them by what is on its way (N,).
+
+    lists: the engine's arrangement with lists of neighbours.
+    """
     block = opened(problem, arrangement, state, base, limits)
-    block.pairs = lists
+    block.pairs, block.more["contact"] = lists, apart
     everyone = np.arange(block.count)
     fluid = replace(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
     _kick(block, everyone, fluid, rung, opening=state)
@@ -127,6 +121,7 @@ def _split(
 
 def _carry_on(block: BlockStep, depth: int) -> None:
     """To the end of the interval of the rung `depth` that is under way, where nothing is evaluated yet."""
+    finest = int(block.more["rung"].max())
     while True:
         inner = subcycle.depth_of_part(block, depth)
         if inner is None:
@@ -135,7 +130,7 @@ def _carry_on(block: BlockStep, depth: int) -> None:
             part = subcycle.part_of(block, inner)
             _carry_on(part, inner)
             subcycle.put_back(block, part, inner)
-        if block.clock.level <= depth:
+        if block.clock.level <= depth or _ends_early(block, depth, finest):
             return
         if block.clock.level <= SORTED and parts.stale(block):
             parts.sorted_again(block)
@@ -143,10 +138,25 @@ def _carry_on(block: BlockStep, depth: int) -> None:
         block.tally.ends += 1
 
 
+def _ends_early(block: BlockStep, depth: int, finest: int) -> bool:
+    """Whether the base step is over where all intervals end: limits have become shorter than those that it suits.
+
+    Few particles of a finer rung than the finest one at first would ask for as many ends of intervals again. The last
+    interval that ends is then the base step.
+    """
+    level, rung = block.clock.level, block.more["rung"]
+    if depth > 0 or _act_with_base(block.problem) or rung.max() <= finest or rung.min() < level:
+        return False
+    now, block.clock, block.more["rung"] = block.time, block.clock.last(), rung - level
+    block.begun = now - block.clock.base
+    return True
+
+
 def _synchronise(block: BlockStep) -> int:
     """Evaluate and kick those that are active now; their number."""
     level, more = block.clock.level, block.more
     active = np.flatnonzero(more["rung"] >= level)
+    _look_ahead(block)
     parts.list_neighbours(block, active)
     sums = _before_forces(block, active)
     activated = _to_activate(block, active, sums, level)
@@ -190,8 +200,20 @@ def _before_forces(block: BlockStep, active: Array) -> Sums:
     sums = parts.gradients(block, active, NEIGHBOURHOOD)
     # The last evaluation's limit, shorter where matter has been compressed since.
     own = block.take("own_limit", active) * np.minimum(1.0, block.take("smoothing_length", active) / before)
+    own = np.minimum(own, block.take("contact", active))
     block.put("limit", active, _with_neighbours(own, sums))
     return sums
+
+
+def _look_ahead(block: BlockStep) -> None:
+    """What is on its way is not to be met in the middle of an interval that begins now.
+
+    Shorter ones than any that was limited so begin at all other ends.
+    """
+    interval = block.clock.base / 2.0**block.clock.level
+    if block.whole and interval > block.more["contact"].min():
+        moving = block.state.position, block.more["predicted"], block.state.smoothing_length
+        block.more["contact"] = _contacts(block.problem, *moving, interval)
 
 
 def _to_activate(block: BlockStep, active: Array, sums: Sums, level: int) -> Array:
@@ -338,6 +360,13 @@ def own_limits(problem: Problem, rates: Rates, whole: bool = True) -> Array:
     for limit in timesteps.particle_limits(problem, rates).values():
         limits = np.minimum(limits, limit)
     return limits
+
+
+def _contacts(problem: Problem, position: Array, velocity: Array, smoothing_length: Array, interval: float) -> Array:
+    """The longest interval of each particle, (N,), for the sake of what it is not to meet in the middle of it."""
+    if not problem.terms("neighbour_terms"):
+        return np.full(len(position), np.inf)
+    return timesteps.contacts(problem, position, velocity, smoothing_length, interval)
 
 
 def _with_neighbours(limits: Array, sums: Sums) -> Array:

@@ -55,6 +55,10 @@ class Clock:
         """When the interval of the finest rung ends that began now."""
         return Clock(self.base, self.ticks + (1 << (DEEPEST - rung)))
 
+    def last(self) -> "Clock":
+        """With the longest interval that ends now as the base step, which is over: its rung is 0 from now on."""
+        return Clock(self.base / 2.0**self.level, 1 << DEEPEST)
+
 
 def base_step(limits: Array, remaining: float, beyond: int = 0, longest: float = np.inf) -> tuple[float, Array]:
     """The base step that costs least, a power of two times the shortest limit (N,) where it can be, and rungs (N,).

@@ -55,6 +55,18 @@ def contact(problem: Problem, fluid: Fluid, step: Array) -> Array:
     return contact_limit(problem.engine.xp, *moving, support, step)
 
 
+def contacts(problem: Problem, position: Array, velocity: Array, smoothing_length: Array, step: float) -> Array:
+    """The same of each particle, (N,): the longest step before the group that it is in meets another one (numpy)."""
+    moving, support = (position, velocity, smoothing_length), KERNELS[problem.kernel].support
+    if goes_nowhere(velocity, smoothing_length, step):
+        return np.full(len(position), np.inf)
+    pairs, rows = meetings(np, *moving, support)
+    of_groups = np.full((len(rows), len(rows)), np.inf)
+    one, other = pairs_of(len(rows))
+    of_groups[one, other] = of_groups[other, one] = pairs
+    return np.repeat(of_groups.min(axis=1), rows.shape[1])[: len(position)]
+
+
 def total_acceleration(xp: Any, rates: Rates, velocity: Array) -> Array:
     """The sum over effects at the given velocity, (N, 3)."""
     total = rates.total
@@ -117,11 +129,22 @@ def contact_limit(
     by (gap + DEPTH h)/w. position, velocity (N, 3), smoothing_length (N,), sorted; step is what all else allows: where
     that takes nothing so deep, numpy looks no further. Test: tests/unit/models/sph/test_limits.py.
     """
+    if xp is np and goes_nowhere(velocity, smoothing_length, step):
+        return np.float64(np.inf)
+    return xp.min(meetings(xp, position, velocity, smoothing_length, support)[0])
+
+
+def goes_nowhere(velocity: Array, smoothing_length: Array, step: Array) -> bool:
+    """Whether no particle gets so deep into others within a step, wherever they are: a matter of speed alone."""
+    fastest = 2.0 * np.sqrt(((velocity - velocity.mean(axis=0)) ** 2).sum(axis=1).max())
+    return bool(step * fastest <= DEPTH * smoothing_length.min())
+
+
+def meetings(
+    xp: Any, position: Array, velocity: Array, smoothing_length: Array, support: float
+) -> tuple[Array, Array]:  # fmt: skip
+    """(gap + DEPTH h)/w of each pair of groups, as `pairs_of` has them, and the particles of each, (K, members)."""
     relative = velocity - velocity.mean(axis=0)
-    if xp is np:  # the reach of what follows is a matter of speed alone
-        fastest = 2.0 * np.sqrt((relative**2).sum(axis=1).max())
-        if step * fastest <= DEPTH * smoothing_length.min():
-            return np.float64(np.inf)
     count = len(smoothing_length)
     members = -(-count // min(count, GROUPS))
     rows = np.minimum(np.arange(-(-count // members) * members), count - 1).reshape(-1, members)
@@ -133,7 +156,7 @@ def contact_limit(
 
     groups = *spheres(position - position.mean(axis=0)), *spheres(relative), smoothing_length[rows].max(axis=1)
     pairs = (xp.take(of_group, of, axis=0) for of in pairs_of(len(rows)) for of_group in groups)
-    return xp.min(elementwise(xp, meeting, *pairs, support, DEPTH)[0])
+    return elementwise(xp, meeting, *pairs, support, DEPTH)[0], rows
 
 
 @lru_cache(maxsize=4)

@@ -128,4 +128,4 @@ def member_key(name: str) -> str:
 
 def rows(array: Array, active: Array | None) -> Array:
     """The rows of active particles; all of them where that is None."""
-    return array if active is None else array[active]
+    return array if active is None else array.take(active, axis=0)

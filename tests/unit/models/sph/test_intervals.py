@@ -26,6 +26,11 @@ def test_middles_of_intervals_under_way() -> None:
     assert [clock.middle(rung) for rung in range(4)] == [0.5, 0.25, 0.375, 0.4375]
 
 
+def test_the_last_interval_as_a_base_step() -> None:
+    clock = Clock(2.0, 3 << (DEEPEST - 2)).last()  # at 3/4, where intervals of rung 2 end
+    assert (clock.base, clock.elapsed, clock.level, clock.ended) == (0.5, 0.5, 0, True)
+
+
 @pytest.mark.parametrize(
     ("limits", "remaining", "base"),
     [

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, energy_limit, towards
+from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, contacts, energy_limit, towards
 
 SUPPORT = 2.0
 
@@ -35,6 +35,20 @@ def test_nothing_is_looked_for_where_the_step_takes_nothing_deep():
     position, velocity = [[0, 0, 0], [0.3, 0, 0]], [[1, 0, 0], [-1, 0, 0]]
     assert limit(position, velocity, 0.1, step=0.024) == np.inf
     assert limit(position, velocity, 0.1, step=0.026) == pytest.approx((0.1 + DEPTH * 0.1) / 2.0)
+
+
+def test_each_particle_is_limited_by_what_it_meets_itself():
+    """Two that approach each other fast, and two far from them that do so slowly; one that flies off from all."""
+    problem: Any = SimpleNamespace(kernel="wendland_c2")
+    place = np.array([[0.0, 0, 0], [10, 0, 0], [0, 900, 0], [10, 900, 0], [0, 0, -5000]])
+    velocity = np.array([[3.0, 0, 0], [-3, 0, 0], [0.5, 0, 0], [-0.5, 0, 0], [0, 0, -1]])
+    gap, h = 10.0 - SUPPORT * 0.1, np.full(5, 0.1)
+    found = contacts(problem, place, velocity, h, 100.0)
+    soon, late = (gap + DEPTH * 0.1) / 6.0, (gap + DEPTH * 0.1) / 1.0
+    assert found[:4] == pytest.approx([soon, soon, late, late], rel=1e-12)
+    assert found[4] > 100.0
+    assert found.min() == limit(place, velocity, h)
+    assert np.isinf(contacts(problem, place, velocity, h, 0.008)).all()
 
 
 def test_many_particles_in_groups_never_step_past_the_first_contact_of_all_pairs():
