@@ -205,11 +205,12 @@ def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
     from astroinertia.plots import moment_ratios, style
     from astroinertia.studies.moment_ratio import moment_ratio, polytropes
 
-    figure = moment_ratios.moment_ratio_figure(moment_ratio(), polytropes())
+    table, line = moment_ratio(), polytropes()
+    figure = moment_ratios.moment_ratio_figure(table, line)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     for axes, least in zip(figure.axes, (5, 11), strict=True):
-        names = [text for text in axes.texts if text.get_text() in {*moment_ratio()["body"].values}]
+        names = [text for text in axes.texts if text.get_text() in table["body"].values]
         assert len(names) >= least
         boxes = [text.get_window_extent(canvas.get_renderer()) for text in names]
         frame = axes.get_window_extent()
@@ -220,5 +221,5 @@ def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
     assert written.stat().st_size > 50_000
     # A table of planets alone, and one of a planet that has no place among the solid bodies.
     for some in (["Earth", "Mars"], ["Jupiter"]):
-        drawn = moment_ratios.moment_ratio_figure(moment_ratio(some), polytropes())
+        drawn = moment_ratios.moment_ratio_figure(moment_ratio(some), line)
         assert {text.get_text() for axes in drawn.axes for text in axes.texts} >= set(some)
