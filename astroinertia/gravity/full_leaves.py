@@ -14,7 +14,7 @@ from numba import njit
 
 from astroinertia.engines.numba_vectors import ENTRY, take
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.engines.tree import _select
+from astroinertia.engines.tree import _select, _split_node
 
 TASKS = 64  # subtrees that threads share out
 MOST_CUTS = 4
@@ -102,7 +102,6 @@ def _renumber(count, leaf_size, first, last, right, pieces, begin, start, new_fi
 
 @njit(**ENTRY)
 def _cut_leaves(counter, position, order, widest, leaf_size, pieces):
-    key = np.empty(leaf_size)
     while True:
         leaf = take(counter)
         if leaf >= len(pieces):
@@ -127,16 +126,7 @@ def _cut_leaves(counter, position, order, widest, leaf_size, pieces):
                 size, parts = high - low, 2 << level
                 begin, end = low + (2 * part * size) // parts, low + ((2 * part + 2) * size) // parts
                 middle = low + ((2 * part + 1) * size) // parts
-                axis, longest = 0, -1.0
-                for a in range(3):
-                    least, most = np.inf, -np.inf
-                    for k in range(begin, end):
-                        least, most = min(least, position[order[k], a]), max(most, position[order[k], a])
-                    if most - least > longest:
-                        axis, longest = a, most - least
-                for k in range(begin, end):
-                    key[k - begin] = position[order[k], axis]
-                _select(key[: end - begin], order[begin:end], middle - begin)
+                _split_node(position, order, begin, middle, end)
 
 
 @njit(**ENTRY)

@@ -220,24 +220,16 @@ def _sorted(pairs, targets):
     return result
 
 
-@njit(**ENTRY)
-def _rows(target, source, targets, width, empty):
+def _rows(
+    target: np.ndarray, source: np.ndarray, targets: int, width: int, empty: int
+) -> tuple[np.ndarray, np.ndarray]:
     # Sources of ascending targets in rows of one target each, filled up with `empty`.
-    counts = np.zeros(targets, np.int64)
-    for k in range(len(target)):
-        counts[target[k]] += 1
-    total = 0
-    for t in range(targets):
-        total += (counts[t] + width - 1) // width
-    row_target, row_source = np.empty(total, np.int32), np.full((total, width), empty, np.int32)
-    row, k = 0, 0
-    for t in range(targets):
-        for j in range(counts[t]):
-            row_target[row + j // width] = t
-            row_source[row + j // width, j % width] = source[k]
-            k += 1
-        row += (counts[t] + width - 1) // width
-    return row_target, row_source
+    counts = np.bincount(target, minlength=targets)
+    rows = -(-counts // width)
+    within = np.arange(len(target)) - np.repeat(np.cumsum(counts) - counts, counts)
+    row_source = np.full((rows.sum(), width), empty, np.int32)
+    row_source[np.repeat(np.cumsum(rows) - rows, counts) + within // width, within % width] = source
+    return np.repeat(np.arange(targets, dtype=np.int32), rows), row_source
 
 
 @njit(**ENTRY)

@@ -36,27 +36,18 @@ class Profile:
 def polytrope(index: float) -> Profile:
     """Return the profile of the polytrope of `index`; ValueError outside 0 <= n < 5."""
     body = Polytrope(float(index))
-    return Profile(
-        name=f"polytrope {body.index!r}",
-        enclosed=body.enclosed_mass,
-        radius=body.radius_enclosing,
-        density=body.density,
-        second_moment=body.moment_of_inertia / 2,
-        gravitational_energy=body.gravitational_energy,
-    )
+    return _of_body(f"polytrope {body.index!r}", body)
 
 
 def homologous_core(share: float) -> Profile:
     """Return that of a homologous collapse at `share` of the critical rate; ValueError outside 0 <= share <= 1."""
     body = HomologousCore(float(share))
-    return Profile(
-        name=f"homologous_core {body.share!r}",
-        enclosed=body.enclosed_mass,
-        radius=body.radius_enclosing,
-        density=body.density,
-        second_moment=body.moment_of_inertia / 2,
-        gravitational_energy=body.gravitational_energy,
-    )
+    return _of_body(f"homologous_core {body.share!r}", body)
+
+
+def _of_body(name: str, body: Polytrope | HomologousCore) -> Profile:
+    moment, energy = body.moment_of_inertia / 2, body.gravitational_energy
+    return Profile(name, body.enclosed_mass, body.radius_enclosing, body.density, moment, energy)
 
 
 def uniform() -> Profile:
