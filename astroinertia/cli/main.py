@@ -325,7 +325,8 @@ def _warm(options: Options) -> int:
         _complain(KEPT)
         return INTERRUPTED
     names, processor = compiled.programs, f"{compiled.processor:.1f} s of processor time"
-    _say(f"compiled {len(names)} programs{': ' if names else ''}{', '.join(names)}")
+    here = ", and others by a second process" if compiled.beside else ""
+    _say(f"compiled {len(names)} programs{here}{': ' if names else ''}{', '.join(names)}")
     _say(f"took {compiled.wall:.1f} s ({processor}), {compiled.compiling:.1f} s to compile")
     return GOOD
 

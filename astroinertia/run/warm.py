@@ -13,6 +13,7 @@ import jax
 from numba.core import event
 
 from astroinertia.build.assemble import restore
+from astroinertia.costs.compiling import by_two_processes
 from astroinertia.engines.devices import shared_out
 from astroinertia.errors import SceneError
 from astroinertia.models.protocol import Rehearsed
@@ -28,13 +29,15 @@ STEPS = 2  # the second is the first that goes on from a step
 class Compiled:
     """What was compiled: the programs of numba by name; seconds of wall time, of these programs and of all there was.
 
-    processor: seconds of processor time of all.
+    processor: seconds of processor time of all. beside: whether there may be more, compiled by a second process
+    (run.beside), which neither these programs nor the processor time have.
     """
 
     programs: tuple[str, ...]
     compiling: float
     wall: float
     processor: float
+    beside: bool = False
 
 
 def warm(scene: Scene) -> Compiled:
@@ -57,7 +60,8 @@ def warm(scene: Scene) -> Compiled:
         loop.run_scene(short, Path(folder, "run"))
         _rehearse(short, Path(folder, "run"))
     programs, compiling = _outermost(recorder.buffer)
-    return Compiled(programs, compiling, time.perf_counter() - begun[0], time.process_time() - begun[1])
+    wall, processor = time.perf_counter() - begun[0], time.process_time() - begun[1]
+    return Compiled(programs, compiling, wall, processor, bool(programs) and by_two_processes(short))
 
 
 def _rehearse(scene: Scene, folder: Path) -> None:

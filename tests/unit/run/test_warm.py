@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from astroinertia.cli.main import main
+from astroinertia.run.warm import Compiled
 from tests.sims import SIMS
 
 PASSES = ("neighbour", "density", "all_pairs", "gradient", "multipole")
@@ -61,3 +62,11 @@ def test_it_refuses_settings_as_a_run_does(tmp_path, monkeypatch, capsys) -> Non
     monkeypatch.chdir(tmp_path)
     assert main(["warm", str(SIMS / "tennis_racket.toml"), "--set", "body.mass=-1 kg"]) == 2
     assert "body.mass" in capsys.readouterr().err
+
+
+def test_it_says_that_a_second_process_compiled_others(monkeypatch, capsys) -> None:
+    for beside, said in ((True, "compiled 2 programs, and others by a second process: density, forces\n"), (False, "")):
+        compiled = Compiled(("density", "forces"), 1.0, 2.0, 2.5, beside)
+        monkeypatch.setattr("astroinertia.run.warm.warm", lambda _, answer=compiled: answer)
+        assert main(["warm", str(SIMS / "evrard.toml")]) == 0
+        assert capsys.readouterr().out.startswith(said or "compiled 2 programs: density, forces\n")
