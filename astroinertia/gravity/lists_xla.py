@@ -46,6 +46,8 @@ class Chunks:
 class Lists:
     """Leaves, nodes and their interactions; node number `nodes` is an empty one, and so is particle N.
 
+    The last leaves and nodes may be empty too: their numbers are rounded up, so that bodies cut a little differently
+    share one compiled program.
     slots (L, S): particles of each leaf, in the order of the engine; row, column (N,): where each particle is;
     first, last (nodes,): leaves below each node; leaf_node (L,): the leaf's node; scale (nodes + 1,): about the node's
     radius or reach. local: targets and sources of nodes taken as wholes; shifts: leaves and the nodes above them that
@@ -83,12 +85,13 @@ def interaction_lists(
     inner = [np.ascontiguousarray(array[tree.order]) for array in (mass, position, reach, strength)]
     nodes = full_leaves.nodes(tree, *inner)
     local, near = _walked(tree, nodes, tolerance, order)
-    count, leaves, total = len(position), tree.leaves, len(tree.first)
-    leaf_node = np.empty(leaves, np.int64)
+    count, leaves = len(position), _roomy(tree.leaves)
+    total = 2 * leaves - 1
+    leaf_node = np.full(leaves, total)
     single = np.flatnonzero(tree.right == 0)
     leaf_node[tree.first[single]] = single
     sizes = np.diff(tree.start)
-    leaf = np.repeat(np.arange(leaves), sizes)
+    leaf = np.repeat(np.arange(tree.leaves), sizes)
     column = np.arange(count) - np.repeat(tree.start[:-1], sizes)
     slots = np.full((leaves, leaf_size), count)
     slots[leaf, column] = tree.order
@@ -98,24 +101,31 @@ def interaction_lists(
     taking_part[local[:, 0]] = True
     nodes_in_chunk = max(NODES_IN_ROW, pairs_in_chunk // 8)
     rows = _rows(local[:, 0], local[:, 1], total, NODES_IN_ROW, total)
-    above = _above(tree.first, tree.last, tree.right, taking_part, leaves)
+    above = _above(tree.first, tree.last, tree.right, taking_part, tree.leaves)
     shifts = _rows(above[:, 0], above[:, 1], leaves, ANCESTORS_IN_ROW, total)
     # Never more than about the distance of whatever the node meets, and never 0.
     scale = np.exp2(np.ceil(np.log2(np.maximum(nodes.radius, nodes.reach))))
+    empty = total - len(tree.first)
     tiles = max(1, pairs_in_chunk // leaf_size**2)
     return Lists(
         slots=_device(slots),
         row=_device(row_of),
         column=_device(column_of),
-        first=_device(tree.first),
-        last=_device(tree.last),
+        first=_device(np.pad(tree.first, (0, empty))),
+        last=_device(np.pad(tree.last, (0, empty))),
         leaf_node=_device(leaf_node),
-        scale=jnp.asarray(np.append(scale, 1.0)),
+        scale=jnp.asarray(np.pad(scale, (0, empty + 1), constant_values=1.0)),
         local=_chunks(*rows, nodes_in_chunk // NODES_IN_ROW, total - 1, total),
         shifts=_chunks(*shifts, nodes_in_chunk // ANCESTORS_IN_ROW, leaves - 1, total),
         near=_chunks(near[:, 0], near[:, 1], tiles, leaves - 1, leaves),
         order=order,
     )
+
+
+def _roomy(count: int) -> int:
+    # Up to one of eight sizes between two powers of two.
+    step = 1 << max(0, count.bit_length() - 4)
+    return -(-count // step) * step
 
 
 def _device(array: Any) -> Any:

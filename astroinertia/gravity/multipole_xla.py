@@ -113,8 +113,8 @@ class _Bodies:
 def _bodies(precision: str, lists: Lists, mass: Array, position: Array, smoothing_length: Array) -> _Bodies:
     dtype = jnp.float32 if precision == "mixed" else jnp.float64
     taken = lists.slots < mass.shape[0]
-    # An empty place is a copy of its leaf's first particle, without mass.
-    slots = jnp.where(taken, lists.slots, lists.slots[:, :1])
+    # An empty place is a copy of its leaf's first particle, without mass; in an empty leaf, of any.
+    slots = jnp.where(taken, lists.slots, jnp.minimum(lists.slots[:, :1], mass.shape[0] - 1))
     masses, points = jnp.where(taken, mass[slots], 0.0), position[slots]
     leaf_mass = masses.sum(axis=1)
     leaf_sum = (masses[:, :, None] * points).sum(axis=1)
@@ -126,7 +126,8 @@ def _bodies(precision: str, lists: Lists, mass: Array, position: Array, smoothin
         jnp.zeros((len(lists.scale), 4)),
     )
     centre = node[:-1, 1:] / jnp.where(node[:-1, :1] > 0.0, node[:-1, :1], 1.0)
-    leaf_centre = leaf_sum / leaf_mass[:, None]
+    full = leaf_mass[:, None] > 0.0
+    leaf_centre = jnp.where(full, leaf_sum / jnp.where(full, leaf_mass[:, None], 1.0), points[:, 0])
     away = jax.lax.stop_gradient(position.max(axis=0) + 2.0 * jnp.ptp(position, axis=0) + 1.0)
     return _Bodies(
         lists=lists,

@@ -24,7 +24,7 @@ def in_order(state: State, order: Array) -> State:
     count = state.mass.shape[0]
 
     def sort(array: Array) -> Array:
-        return array[order] if getattr(array, "ndim", 0) and array.shape[0] == count else array
+        return array.take(order, axis=0) if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
     particles, others = without_others(state)
     return with_others(jax.tree.map(sort, particles), others)

@@ -235,7 +235,9 @@ def test_results_have_the_same_bits_each_time_and_hardly_depend_on_chunks():
         engine = Engine(pairs_in_chunk=chunk)
         arrangement, fields = body(engine)
         results.append(engine.neighbour_sums(arrangement, "cubic", (SOFTENING,), fields)["gravity"]["acceleration"])
-    assert np.array_equal(results[0], results[1])
+    if jax.default_backend() == "cpu":  # a GPU adds up the sums of a leaf in any order
+        assert np.array_equal(results[0], results[1])
+    assert np.max(np.abs(results[0] - results[1])) < 1e-13 * np.max(np.abs(results[0]))
     assert np.max(np.abs(results[0] - results[2])) < 1e-13 * np.max(np.abs(results[0]))
 
 

@@ -92,6 +92,19 @@ def test_leaves_are_full_or_narrow_whatever_the_threads():
     assert np.all(wide[:-1] == 16)
 
 
+def test_bodies_that_are_cut_a_little_differently_share_a_program():
+    # Compiling a step takes 20 s: a body under way must not ask for it whenever its lists are made.
+    shapes, leaves = set(), set()
+    for nudge in range(12):
+        position, mass, lengths = halo(400)
+        position = position * (1.0 + 0.01 * nudge * np.sin(3.0 * position))
+        given = (mass, position, lengths, np.full(len(mass), 1.0 + 0.03 * nudge), 0.05, 2, 4, 1 << 14)
+        lists = lists_xla.interaction_lists(*given)
+        shapes.add(tuple(array.shape for array in (lists.slots, lists.first, lists.leaf_node, lists.scale)))
+        leaves.add(int((np.asarray(lists.slots)[:, 0] < len(mass)).sum()))
+    assert len(leaves) > 6 * len(shapes)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "order"), [pytest.param(3e-2, 2, marks=pytest.mark.full), (1e-3, 4)])
 def test_errors_are_about_what_is_asked_for(tolerance, order):
