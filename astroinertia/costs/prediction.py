@@ -174,7 +174,7 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     if kind != "scaling":
         parts["compiling"] = total(costs[name] for name in smooth.compiled(scene))
         steps = smooth.steps(scene, written)
-        parts["steps"] = steps * costs[f"step.{kind}"]
+        parts["steps"] = steps * smooth.of_step(scene) * costs[f"step.{kind}"]
     size = files(scene, written, 0)
     parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
