@@ -12,20 +12,24 @@ mean orbit and of the body's orbit in one plane, at angles theta, phi and 0 from
                        - sum over other moons of D cos(phi' - phi) sin(phi' - phi)        for each moon,
 
 A = (3/2) (C - A) G m/(a^3 (1 - e^2)^(3/2)), B = (3/4) m a^2 G M_0/(a_0^3 (1 - e_0^2)^(3/2)), L = m a^2 n, and D of two
-moons as B, of the outer one on the inner. Averages over orbits and over the nodes of inclined ones.
+moons as B, of the outer one on the inner, times b_(3/2)^(1)(r)/(3 r) for the ratio r of their axes, by which two rings
+in nearly one plane turn each other more strongly than far ones (Murray & Dermott 1999, Solar System Dynamics, (7.11)).
+Averages over orbits and over the nodes of inclined ones.
 Tests: tests/unit/studies/test_own_precession.py.
 """
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import xarray as xr
 from scipy.optimize import brentq
 
 from astroinertia.dataset.variables import variables
-from astroinertia.errors import SceneError
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.rotation.precession import geodesic_precession, node_nutation
+from astroinertia.rotation.secular_orbits import laplace_coefficient
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
 
 _ROUNDS, _SETTLED = 1000, 1e-13
@@ -215,9 +219,17 @@ def _mean_plane(
     return float(root)
 
 
+@lru_cache(maxsize=256)
 def _ring(inner: _Orbit, outer: _Orbit) -> float:
-    """D: of the torque between two moons, the inner one spread over its orbit."""
-    return 0.75 * inner.mass * inner.semi_major_axis**2 * outer.tide
+    """D: of the torque between two moons, both spread over their orbits."""
+    ratio = inner.semi_major_axis / outer.semi_major_axis
+    try:
+        nearness = float(laplace_coefficient(1.5, 1, ratio)) / (3.0 * ratio)
+    except (ValueError, NumericalError):
+        raise SceneError(
+            f"precession_of: the orbits of {shown(inner.name)} and {shown(outer.name)} are too near each other"
+        ) from None
+    return 0.75 * inner.mass * inner.semi_major_axis**2 * outer.tide * nearness
 
 
 def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:

@@ -57,15 +57,34 @@ def test_saturn_with_its_satellites():
     sun, *moons = mean_companions("Saturn")
     saturn = planet("Saturn", 0.2199, [sun, *moons], period=360.0 / 810.7939024 * 86400.0)
     assert arcseconds(saturn) / np.cos(body("Saturn").value("obliquity")) == pytest.approx(0.8306, rel=0.015)
-    assert arcseconds(saturn) == pytest.approx(0.742, rel=0.015)
+    assert arcseconds(saturn) == pytest.approx(0.742, rel=0.01)
     assert arcseconds(planet("Saturn", 0.2199, [sun])) == pytest.approx(0.75 / 4.0, abs=0.02)  # a fourth without them
     assert np.degrees(float(saturn.tilt.sel(companion="Titan"))) == pytest.approx(0.6, abs=0.1)  # Ward & Hamilton
-    assert np.degrees(float(saturn.tilt.sel(companion="Iapetus"))) == pytest.approx(15.0, abs=1.5)  # Tremaine et al.
+    assert np.degrees(float(saturn.tilt.sel(companion="Iapetus"))) == pytest.approx(15.0, abs=0.3)  # Tremaine et al.
     # 0.003517 deg in declination and 0.031396 in right ascension, with Titan's node: Jacobson's fit to occultations.
     swing = np.degrees(float(saturn.nutation_obliquity.sel(companion="Titan")))
     assert swing == pytest.approx(0.003517, rel=0.015)
     assert swing == pytest.approx(0.031396 * np.cos(np.radians(83.53429)), rel=0.015)
     assert np.isnan(saturn.nutation_obliquity.sel(companion="Rhea"))
+
+
+def test_moons_of_jupiter_hold_each_other_as_their_theory_says():
+    """Terms of latitude with the node of Jupiter's equator in Lieske's theory E5 (1998, A&AS 129, 205; Meeus 1998,
+    Astronomical Algorithms, chapter 44): the tangents of the tilts of the mean orbits, which it has by its own series.
+
+    As far quadrupoles the moons would tilt Callisto's orbit by 0.55 deg and Io's by 0.0016 deg.
+    """
+    jupiter = planet("Jupiter", 0.26393, mean_companions("Jupiter"))
+    published = {"Europa": 0.0003284, "Ganymede": 0.0016911, "Callisto": 0.0076579}
+    for name, tangent in published.items():
+        assert np.tan(float(jupiter.tilt.sel(companion=name))) == pytest.approx(tangent, rel=0.03)
+    assert np.tan(float(jupiter.tilt.sel(companion="Io"))) == pytest.approx(0.0000311, rel=0.15)  # of three digits
+
+
+def test_moons_on_one_orbit_are_refused():
+    near = {"name": "near", "mass": 1e20, "semi_major_axis": 3e8}
+    with pytest.raises(SceneError, match="orbits of near and next are too near each other"):
+        planet("Saturn", 0.22, [SUN, near, {**near, "name": "next"}])
 
 
 def test_mars_with_its_moons():
