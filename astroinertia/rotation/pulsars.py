@@ -142,14 +142,17 @@ def light_cylinder_field(field: Array, period: Array, radius: Array = CANONICAL_
 
 @with_quantities()
 def characteristic_age(period: Array, period_derivative: Array, braking_index: Array = 3.0) -> Array:
-    """P/((n - 1) P') in s: the age of a star that was born spinning much faster; infinite for n = 1.
+    """P/((n - 1) P') in s: the age of a star that was born spinning much faster; infinite for n = 1 and below.
+
+    A star of such an index never was infinitely fast. Source: Lorimer & Kramer 2005, Handbook of Pulsar Astronomy,
+    eq. 3.11 with a period at birth of 0.
 
     >>> age = characteristic_age(0.0333924123, 4.20972e-13)  # of the Crab pulsar, born in 1054
     >>> print(f"{age / 3.15576e7:.0f} yr")
     1257 yr
     """
     with np.errstate(divide="ignore"):
-        return positive_period(period) / ((np.asarray(braking_index) - 1) * period_derivative)
+        return positive_period(period) / (np.maximum(np.asarray(braking_index) - 1, 0.0) * period_derivative)
 
 
 @with_quantities()

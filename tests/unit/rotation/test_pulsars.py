@@ -98,6 +98,18 @@ def test_before_infinite_spin_and_after_rest_there_is_nothing():
     assert pulsars.characteristic_age(P, DOT, 1.0) == math.inf
 
 
+def test_a_star_that_never_was_infinitely_fast_has_no_finite_age():
+    # Glitches leave J0537-6910 with -1.2 (Antonopoulou et al. 2018, MNRAS 473, 1644).
+    # Its law then has no time at which it was infinitely fast.
+    indices = np.array([3.0, 1.5, 1.0, 0.9, -1.2])
+    ages = pulsars.characteristic_age(P, DOT, indices)
+    np.testing.assert_allclose(ages[:2], [P / (2 * DOT), 2 * P / DOT], rtol=1e-15)
+    assert np.all(np.isposinf(ages[2:]))
+    # What it is of: as long ago the star had a period still.
+    assert np.all(pulsars.period_history(-1e3 * P / DOT, P, DOT, indices[2:]) >= 0.0)
+    assert np.all(np.isnan(pulsars.period_history(-1.001 * ages[:2], P, DOT, indices[:2])))
+
+
 def test_the_table_of_pulsars():
     crab = pulsar("crab")
     assert (crab.jname, crab.period, crab.period_derivative) == ("J0534+2200", P, DOT)
