@@ -160,7 +160,8 @@ def meetings(
 
 def fastest(velocity: np.ndarray) -> float:
     """The largest speed relative to the mean velocity (N, 3); by components, as numpy is slow along axes of three."""
-    return math.sqrt(sum((component - component.mean()) ** 2 for component in velocity.T).max())
+    x, y, z = (component - component.mean() for component in velocity.T)
+    return math.sqrt((x * x + y * y + z * z).max())
 
 
 @lru_cache(maxsize=4)
