@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 from astroinertia.costs import experience
 from astroinertia.costs.evaluations import near
+from astroinertia.process.cores import cores
 from astroinertia.process.stopwatch import Seconds
 from astroinertia.scene.schema import Scene
 
@@ -39,9 +40,8 @@ def by_two_processes(scene: Scene) -> bool:
 
 def _cores() -> int:
     """Cores that a run computes on: those that its process may use, or as many as $NUMBA_NUM_THREADS says."""
-    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     chosen = os.environ.get("NUMBA_NUM_THREADS", "")
-    return min(allowed, int(chosen)) if chosen.isdecimal() else allowed
+    return min(cores(), int(chosen)) if chosen.isdecimal() else cores()
 
 
 def _share(scene: Scene) -> float:

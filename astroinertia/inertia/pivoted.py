@@ -10,7 +10,7 @@ from typing import Any
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.rolling import STANDARD_GRAVITY
-from astroinertia.inertia.tensor import namespace
+from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -43,7 +43,8 @@ def pendulum_period(
 ) -> Array:
     """The period (...,) of a swing to `amplitude` (radians, below pi) on either side, about a level axle.
 
-    2 pi sqrt(l/g)/M(1, cos(amplitude/2)), with M Gauss's arithmetic-geometric mean: exact at any amplitude.
+    2 pi sqrt(l/g)/M(1, cos(amplitude/2)), with M Gauss's arithmetic-geometric mean: exact at any amplitude. ValueError
+    for one that is not below pi.
 
     >>> from astroinertia.inertia import shapes
     >>> rod = shapes.rod(1.0, 1.5)  # swings as a simple pendulum of 1 m
@@ -53,6 +54,8 @@ def pendulum_period(
     2.36068
     """
     xp = namespace(body.inertia, pivot, amplitude, gravity)
+    if is_known(amplitude) and not (abs(xp.asarray(amplitude)) < xp.pi).all():
+        raise ValueError("amplitude must be below pi: a pendulum does not swing further")
     low = xp.cos(0.5 * xp.asarray(amplitude))
     high = xp.ones_like(low)
     for _ in range(_MEANS):

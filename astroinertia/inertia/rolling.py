@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
@@ -65,9 +67,15 @@ def rolling_acceleration(coefficient: Array, incline: Array, gravity: Array = ST
 def rolling_time(coefficient: Array, distance: Array, incline: Array, gravity: Array = STANDARD_GRAVITY) -> Array:
     """sqrt(2 d / a): the time to roll a distance down the incline from rest.
 
+    ValueError for a distance that is negative, and for an incline that does not go down: not above 0, or beyond pi/2.
+
     >>> print(f"{rolling_time(0.4, 3.5, np.pi / 6, gravity=9.8):.4f}")  # sqrt(2 d / a) with a = 3.5
     1.4142
     """
+    if is_known(incline) and not ((np.asarray(incline) > 0) & (np.asarray(incline) <= np.pi / 2)).all():
+        raise ValueError("incline must be above 0 and at most pi/2, in radians: nothing rolls down another by itself")
+    if is_known(distance) and not (np.asarray(distance) >= 0).all():
+        raise ValueError("distance must not be negative")
     acceleration = rolling_acceleration(coefficient, incline, gravity)
     return namespace(acceleration, distance).sqrt(2 * distance / acceleration)
 

@@ -1,6 +1,7 @@
 """Spin-up by accretion: where the field holds the disc off, the period in balance with it, and how long that takes.
 
-SI throughout: kg, m, s, and the field at the magnetic equator in T. ValueError for a period that is not above zero.
+SI throughout: kg, m, s, and the field at the magnetic equator in T. ValueError for a period, a rate of accretion, a
+mass and a radius that are not above zero.
 Tests: tests/unit/rotation/test_accretion.py.
 """
 
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.pulsars import (
     CANONICAL_MOMENT,
@@ -42,6 +44,7 @@ def magnetospheric_radius(
     >>> print(f"{magnetospheric_radius(1e8, 1e13) / 1e3:.0f} km")  # an X-ray pulsar
     3102 km
     """
+    require_positive(accretion_rate=accretion_rate, mass=mass, radius=radius)
     squared = np.asarray(field, dtype=float) ** 2 * np.asarray(radius, dtype=float) ** 6 / MAGNETIC_CONSTANT
     flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(accretion_rate, dtype=float) ** 2
     return coefficient * (squared**2 / flow) ** (1 / 7)
@@ -151,6 +154,7 @@ def eddington_rate(radius: Array = CANONICAL_RADIUS) -> Array:
     >>> print(f"{eddington_rate() * 3.15576e7 / 1.989e30:.1e} Msun/yr")
     1.5e-08 Msun/yr
     """
+    require_positive(radius=radius)
     return 4 * math.pi * SPEED_OF_LIGHT * np.asarray(radius, dtype=float) / ELECTRON_OPACITY
 
 

@@ -67,3 +67,9 @@ def test_periods_have_gradients():
     slope = jax.grad(lambda height: pivoted.pendulum_period(BODY, np.array([0.05, 0.0, 1.0]) * height, AXIS))(0.4)
     beside = [pivoted.pendulum_period(BODY, np.array([0.05, 0.0, 1.0]) * height, AXIS) for height in (0.399, 0.401)]
     assert float(slope) == pytest.approx((beside[1] - beside[0]) / 0.002, rel=1e-3)
+
+
+@pytest.mark.parametrize("amplitude", [np.pi, -3.2, np.nan])
+def test_amplitudes_beyond_the_top_are_refused_by_name(amplitude):
+    with pytest.raises(ValueError, match="amplitude must be below pi"):
+        pivoted.pendulum_period(BODY, PIVOT, AXIS, amplitude)

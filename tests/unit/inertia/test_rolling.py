@@ -119,3 +119,11 @@ def test_the_script_of_the_race(tmp_path):
     assert (tmp_path / "race.png").stat().st_size > 20_000
     assert "--incline" in run_sim("rolling_race.py", "--help")
     assert "between 0 and 90 degrees" in run_sim("rolling_race.py", "--incline", "90", code=2)
+
+
+@pytest.mark.parametrize("incline", [0.0, -0.3, 2.0, np.nan])
+def test_inclines_that_lead_nowhere_are_refused_by_name(incline):
+    with pytest.raises(ValueError, match="incline must be above 0"):
+        rolling.rolling_race({"ball": 0.4, "hoop": 1.0}, 2.0, incline)
+    with pytest.raises(ValueError, match="distance must not be negative"):
+        rolling.rolling_time(0.4, -2.0, 0.3)

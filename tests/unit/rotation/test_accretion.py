@@ -64,3 +64,13 @@ def test_spin_goes_to_equilibrium_from_both_sides():
     slope = accretion.spun_up_rate(1e3 * YEAR, 0.0, FIELD, RATE) / (1e3 * YEAR)
     torque = accretion.accretion_torque(FIELD, RATE)
     assert slope * pulsars.CANONICAL_MOMENT == pytest.approx(torque, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["accretion_rate", "mass", "radius"])
+def test_stars_that_take_nothing_in_are_refused_by_name(name):
+    star = {"field": 1e8, "accretion_rate": 1e13, "mass": accretion.MASS, "radius": 1e4, name: -1.0}
+    for function in (accretion.magnetospheric_radius, accretion.equilibrium_period, accretion.accretion_torque):
+        with pytest.raises(ValueError, match=f"^{name} must be positive and finite, not -1"):
+            function(**star)
+    with pytest.raises(ValueError, match="radius must be positive"):
+        accretion.eddington_rate(0.0)
