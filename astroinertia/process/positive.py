@@ -15,3 +15,11 @@ def require_positive(**named: Any) -> None:
         wrong = numbers[~((numbers > 0) & (numbers < np.inf))]
         if wrong.size:
             raise ValueError(f"{name} must be positive and finite, not {wrong.flat[0]:g}")
+
+
+def positive_period(period: Any, name: str = "period") -> np.ndarray:
+    """The period or periods as floats; ValueError names the argument where one of them is not above zero."""
+    periods = np.asarray(period, dtype=float)
+    if not np.all(periods > 0):
+        raise ValueError(f"{name} must be above 0 s, not {periods[~(periods > 0)].flat[0]:g} s")
+    return periods

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.process.positive import require_positive
+from astroinertia.process.positive import positive_period, require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.pulsars import (
     CANONICAL_MOMENT,
     CANONICAL_RADIUS,
     MAGNETIC_CONSTANT,
     dipole_period_derivative,
-    positive_period,
 )
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 

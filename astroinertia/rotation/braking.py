@@ -14,8 +14,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.positive import positive_period
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation.pulsars import positive_period
 
 Array = Any
 

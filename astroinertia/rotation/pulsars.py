@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.positive import positive_period
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SPEED_OF_LIGHT
 
@@ -30,14 +31,6 @@ _POWER = {
     "force_free": lambda inclination: 1 + np.sin(inclination) ** 2,
 }
 _PLACES = {"equator": 1.0, "pole": 2.0}  # field of a dipole over that at its equator
-
-
-def positive_period(period: Array, name: str = "period") -> np.ndarray:
-    """The period or periods as floats; ValueError names the argument where one of them is not above zero."""
-    periods = np.asarray(period, dtype=float)
-    if not np.all(periods > 0):
-        raise ValueError(f"{name} must be above 0 s, not {periods[~(periods > 0)].flat[0]:g} s")
-    return periods
 
 
 @with_quantities()

@@ -45,7 +45,6 @@ with shared(descriptor, lambda: None):
 @pytest.fixture
 def file(tmp_path, monkeypatch):
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path))
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     tmp_path.chmod(0o700)
     with tempfile.TemporaryFile() as opened:
         yield opened.fileno()
