@@ -13,12 +13,11 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, experience, machine, piloted, plan_lines, smooth
+from astroinertia.costs import course, experience, machine, piloted, plan_lines
 from astroinertia.costs.evaluations import Counts, evaluation, images, run_of_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
-from astroinertia.costs.probe_scenes import COMPANION, RIGID
 from astroinertia.effects.catalogue import CATALOGUE, build
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene import load
@@ -551,31 +550,6 @@ def test_base_steps_are_twice_the_longest_interval_where_several_pay():
     assert course._rungs_that_pay(np.stack([few[:, 0], half[:, 0]], axis=1), step).tolist() == [4.0, 0.0]
 
 
-def test_a_top_is_fastest_where_its_polhode_says():
-    text = """
-name = "top"
-model = "rigid"
-units = "code"
-[body]
-kind = "rigid"
-mass = 1.0
-moments = [1.0, 2.0, 2.5]
-[body.rotation]
-rate = 1.0
-axis = [0.1, 1.0, 0.1]
-[effects]
-[time]
-end = 10.0
-"""
-    inertia, spin = np.array([1.0, 2.0, 2.5]), np.array([0.1, 1.0, 0.1]) / math.sqrt(1.02)
-    fastest = 0.0
-    for _ in range(40_000):  # Euler's equations, by a step of the midpoint
-        middle = spin + 5e-4 * np.cross(inertia * spin, spin) / inertia
-        spin = spin + 1e-3 * np.cross(inertia * middle, middle) / inertia
-        fastest = max(fastest, float(np.linalg.norm(spin)))
-    assert smooth.fastest_spin(load.loads(text)) == pytest.approx(fastest, rel=1e-3)
-
-
 # Runs
 
 
@@ -623,22 +597,3 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> Non
     scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
     assert predict(scene, machine.shipped()) is None
     assert plan_lines.lines(scene, None)[0].value == "not known"
-
-
-def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():
-    """A step of its own pace is then too short for the time to change by it."""
-    evrard = next(path for path in SIMS if path.stem == "evrard")
-    hot = load.load_file(evrard, ["body.specific_internal_energy=1e10"])
-    times, _ = course.course(course.sphere_of(hot), hot.time.end)
-    assert (np.diff(times) > 0.0).all() and times[-1] == hot.time.end
-    assert course.done(hot).steps[-1] > 0.0
-
-
-@pytest.mark.parametrize(("integrator", "times"), [("splitting", 10.0), ("adaptive", 2.6)])
-def test_steps_of_a_rigid_body_with_companions_take_longer(integrator, times):
-    """As measured of the Earth: 73.7 in place of 7.3 us, and 56.0 in place of 21.4."""
-    free = load.loads(RIGID, (f"numerics.integrator='{integrator}'",))
-    moon = load.loads(RIGID + COMPANION.replace("splitting", integrator))
-    one, other = (predict(scene, machine.shipped()) for scene in (free, moon))
-    assert other.steps == one.steps
-    assert other.parts["steps"].processor == pytest.approx(times * one.parts["steps"].processor)
