@@ -27,12 +27,16 @@ import numpy as np
 
 from astroinertia.bodies.collocation import collocation
 from astroinertia.bodies.layered import LayeredBody, layer_bounds
+from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.inertia.tensor import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
+_HOMOGENEOUS_LOVE_NUMBER, _LEAST_RATIO = 1.5, 2 / 15  # k_2 of a uniform fluid; the ratio that goes with k_2 = 0
+_ROUND_OFF = 1e-9  # of a body solved for numerically
 _NODES = 8  # collocation nodes a step
 DEFAULT_STEPS = 6  # steps a layer: the knee in tests/benchmarks/results/work_precision_layered.md
 _GRADING = 0.3  # share of R: steps of a layer around a small core are even well inside it, geometric well outside
@@ -161,13 +165,15 @@ def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = 
 def radau_darwin_moment_ratio(love_number: Array) -> Array:
     """I/(M R^2) (mean radius) from the fluid k_2 by the Radau-Darwin approximation, (2/3)(1 - (2/5) sqrt(1 + eta)).
 
-    1 + eta = (4 - k)/(1 + k); NaN beyond k = 4. Exact for a homogeneous body, 1e-3 off or worse for strong central
-    condensation: `radau_darwin_error` says how much for a given body. k_2 = 3 J2/m = 2 f/m - 1. Source: Darwin 1899;
+    1 + eta = (4 - k)/(1 + k). Exact for a homogeneous body, 1e-3 off or worse for strong central condensation:
+    `radau_darwin_error` says how much for a given body. k_2 = 3 J2/m = 2 f/m - 1. ValueError for a k_2 below 0, or
+    above the 3/2 of a homogeneous body: no fluid has it whose density does not rise outwards. Source: Darwin 1899;
     Murray & Dermott 1999, eq. 4.112. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> print(f"{radau_darwin_moment_ratio(1.5):.6f}")  # of a homogeneous body, exactly
     0.400000
     """
+    _refuse_beyond(love_number, 0.0, _HOMOGENEOUS_LOVE_NUMBER, "a fluid k_2 is from 0 to 3/2, that of a uniform body")
     xp = jnp if isinstance(love_number, jax.Array) else np
     return 2 / 3 * (1 - 0.4 * xp.sqrt((4 - love_number) / (1 + love_number)))
 
@@ -176,11 +182,14 @@ def radau_darwin_moment_ratio(love_number: Array) -> Array:
 def radau_darwin_love_number(moment_ratio: Array) -> Array:
     """The fluid k_2 that the Radau-Darwin approximation gives for I/(M R^2): the inverse of the function above.
 
-    Source and check as there.
+    ValueError for a ratio above 0.4, that of a uniform sphere, or below the 2/15 that it has for k_2 = 0: such a body
+    is too condensed for it. Source and check as there.
 
     >>> print(f"{radau_darwin_love_number(0.4):.6f}")
     1.500000
     """
+    limits = "Radau-Darwin holds for I/(M R^2) from 2/15 (k_2 = 0) to 0.4 (uniform)"
+    _refuse_beyond(moment_ratio, _LEAST_RATIO, UNIFORM, limits)
     root_squared = (2.5 * (1 - 1.5 * moment_ratio)) ** 2
     return (4 - root_squared) / (1 + root_squared)
 
@@ -196,6 +205,15 @@ def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     -2e-04
     """
     return radau_darwin_moment_ratio(love_number(body, 2, steps)) - body.moment_ratio
+
+
+def _refuse_beyond(value: Array, least: float, most: float, limits: str) -> None:
+    """ValueError where a known value is out of bounds by more than round-off; NaN is what was not known, and passes."""
+    if is_known(value):
+        number = np.asarray(value, dtype=float)
+        wrong = (number < least - _ROUND_OFF) | (number > most + _ROUND_OFF)
+        if wrong.any():
+            raise ValueError(f"{limits}, not {number[wrong].flat[0]:g}")
 
 
 def _density(coefficients: Array, x: Array) -> Array:

@@ -150,7 +150,7 @@ def geodesic_precession(
     """
     a = np.asarray(semi_major_axis, dtype=float)
     mean_motion = np.sqrt(np.asarray(gravitational_parameter) / a**3)
-    _require_ellipse(a, eccentricity)
+    require_ellipse(a, eccentricity)
     return 1.5 * mean_motion**3 * a**2 / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
@@ -173,7 +173,7 @@ def geodetic_precession_of_binary(
     """
     own, other = (np.asarray(parameter, dtype=float) for parameter in (gravitational_parameter, companion_parameter))
     n = 2 * np.pi / np.asarray(orbital_period)
-    _require_ellipse(1.0, eccentricity)
+    require_ellipse(1.0, eccentricity)
     shape = other * (4 * own + 3 * other) / (2 * (own + other) ** (4 / 3))
     return n ** (5 / 3) * shape / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
@@ -247,7 +247,7 @@ def moons_of_the_equator(
     ['8.7e-03', '1.0e-03']
     """
     masses, axes = np.asarray(moon_parameters, dtype=float), np.asarray(moon_axes, dtype=float)
-    _require_ellipse(axes, 0.0)
+    require_ellipse(axes, 0.0)
     shares = masses / parameter * (axes / radius) ** 2
     motions = np.sqrt((parameter + masses) / axes**3)
     return float(0.5 * shares.sum()), float((shares * motions).sum() / spin_rate)
@@ -321,18 +321,19 @@ def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, sp
 
 def _mean_tide(gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array) -> Array:
     a = np.asarray(semi_major_axis, dtype=float)
-    _require_ellipse(a, eccentricity)
+    require_ellipse(a, eccentricity)
     return np.asarray(gravitational_parameter) / (a**3 * (1 - np.asarray(eccentricity) ** 2) ** 1.5)
 
 
 def _oblateness(j2: Array, radius: Array, parameter: Array, semi_major_axis: Array, eccentricity: Array) -> Array:
     a = np.asarray(semi_major_axis, dtype=float)
-    _require_ellipse(a, eccentricity)
+    require_ellipse(a, eccentricity)
     mean_motion = np.sqrt(np.asarray(parameter) / a**3)
     return np.asarray(j2) * (np.asarray(radius) / a) ** 2 * mean_motion / (1 - np.asarray(eccentricity) ** 2) ** 2
 
 
-def _require_ellipse(semi_major_axis: Array, eccentricity: Array) -> None:
+def require_ellipse(semi_major_axis: Array, eccentricity: Array) -> None:
+    """ValueError unless these are of ellipses."""
     e = np.asarray(eccentricity, dtype=float)
     if not (np.all(np.asarray(semi_major_axis) > 0) and np.all((e >= 0) & (e < 1))):
         raise ValueError("an orbit is an ellipse: semi_major_axis above 0 and 0 <= eccentricity < 1")

@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.inertia.tensor import require_plausible
 from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.cassini import hansen_coefficient
@@ -38,9 +39,10 @@ class Section(NamedTuple):
 
 @with_quantities()
 def asphericity(moments: Array) -> Array:
-    """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order; ValueError where one is not above 0.
+    """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order.
 
-    Source: Wisdom, Peale & Mignard 1984. Checked by tests/unit/rotation/test_spin_orbit.py.
+    ValueError where one is not above 0, or more than the other two together: no body has these. Source: Wisdom, Peale
+    & Mignard 1984. Checked by tests/unit/rotation/test_spin_orbit.py.
 
     >>> print(f"{asphericity(np.array([1.0, 1.5, 2.0])):.4f}")  # sqrt(3 (B - A) / C)
     0.8660
@@ -48,6 +50,7 @@ def asphericity(moments: Array) -> Array:
     ordered = np.sort(np.asarray(moments, dtype=float), axis=-1)
     if not np.all(ordered[..., 0] > 0):
         raise ValueError("the principal moments are above 0")
+    require_plausible(ordered[..., None] * np.eye(3))
     return np.sqrt(3 * (ordered[..., 1] - ordered[..., 0]) / ordered[..., 2])
 
 

@@ -56,7 +56,11 @@ INSIDES = {
     "inertia.prescribed",  # the curve of [body.change]
     *("inertia.tensor.is_known", "inertia.tensor.namespace"),  # NumPy or JAX
     *("rotation.elliptic", "rotation.ripple"),  # what tops are computed with
-    *("rotation.ephemeris", "rotation.on_orbits"),  # companions of a scene
+    *(
+        "rotation.ephemeris",
+        "rotation.on_orbits",
+        "rotation.precession.require_ellipse",
+    ),  # companions of a scene; a check
     *("rotation.free_top.clock", "rotation.free_top.elliptic_functions", "rotation.free_top.checked_times"),
     *("bodies.apsidal.complement_slope", "bodies.apsidal.integrate_zone", "bodies.apsidal.core_zone"),
     *("bodies.ellipsoid_stability.steady_frame", "bodies.ellipsoid_stability.stiffness_and_gyration"),

@@ -142,9 +142,15 @@ def test_a_fine_table_tends_to_the_smooth_body():
 
 def test_radau_darwin_inverts_and_is_exact_where_it_should_be():
     assert radau_darwin_moment_ratio(1.5) == pytest.approx(0.4, rel=1e-15)
-    ratios = np.linspace(0.1, 0.4, 7)
+    ratios = np.linspace(2 / 15, 0.4, 7)
     assert radau_darwin_moment_ratio(radau_darwin_love_number(ratios)) == pytest.approx(ratios, rel=1e-14)
     assert abs(radau_darwin_error(prem())) == pytest.approx(1.84e-5, rel=0.01)
+    for k2 in (1.5 + 1e-6, -1e-6, [1.0, 2.0]):
+        with pytest.raises(ValueError, match="fluid k_2 is from 0 to 3/2"):
+            radau_darwin_moment_ratio(k2)
+    for ratio in (0.13, 0.4001):
+        with pytest.raises(ValueError, match=r"from 2/15 .* to 0\.4"):
+            radau_darwin_love_number(ratio)
 
 
 def test_degrees_without_meaning_are_refused():

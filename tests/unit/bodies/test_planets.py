@@ -120,6 +120,10 @@ def test_mean_and_polar_moment_of_a_triaxial_body():
     np.testing.assert_allclose(moment_ratios.principal_moment_ratios(principal[2], j2, c22), principal, rtol=1e-14)
     assert moment_ratios.mean_from_polar(principal[2], j2) == pytest.approx(principal.mean(), rel=1e-14)
     assert moment_ratios.polar_from_mean(principal.mean(), j2) == pytest.approx(principal[2], rel=1e-14)
+    with pytest.raises(ValueError, match="none may exceed the sum"):
+        moment_ratios.principal_moment_ratios([0.33, 0.33], 0.2)
+    with pytest.raises(ValueError, match="are not negative"):
+        moment_ratios.principal_moment_ratios(-0.33, 1e-3)
 
 
 def test_names_are_found_in_any_case_and_unknown_ones_are_reported():

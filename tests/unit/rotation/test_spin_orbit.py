@@ -26,6 +26,8 @@ def test_asphericity_does_not_mind_the_order():
     assert spin_orbit.asphericity([1.0, 0.6, 0.8]) == pytest.approx(np.sqrt(0.6), rel=1e-15)
     with pytest.raises(ValueError, match="above 0"):
         spin_orbit.asphericity([0.0, 1.0, 1.0])
+    with pytest.raises(ValueError, match=r"1 \+ 2 < 4"):
+        spin_orbit.asphericity([[1.0, 1.5, 2.0], [4.0, 1.0, 2.0]])
 
 
 def test_the_section_is_the_motion():
