@@ -33,11 +33,16 @@ def installed_in(place: Path) -> Path:
     return place / "site"
 
 
-def command(installed: Path, folder: Path, *arguments: str, code: int = 0, program: str = "") -> str:
-    """What `astroinertia` prints where the example is installed; `program` is run before it."""
-    program = f"import sys\n{program}\nfrom astroinertia.cli.main import main\nsys.exit(main(sys.argv[1:]))"
+def commands(installed: Path, folder: Path, *steps: str | tuple[str, ...], code: int = 0) -> str:
+    """What commands print where the example is installed, all in one process, of which the last ends with the code.
+
+    steps: the words of a command each, or a program that is run between two commands.
+    """
+    *before, last = [each if isinstance(each, str) else f"main({list(each)})" for each in steps]
+    before = [f"assert {each} == 0" if each.startswith("main(") else each for each in before]
+    program = "\n".join(["import sys", "from astroinertia.cli.main import main", *before, f"sys.exit({last})"])
     done = subprocess.run(
-        [sys.executable, "-c", program, *arguments], cwd=folder, capture_output=True, text=True, check=False,
+        [sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False,
         env=os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), str(installed))), "COLUMNS": "200"},
     )  # fmt: skip
     assert done.returncode == code, done.stdout + done.stderr

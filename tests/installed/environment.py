@@ -81,7 +81,8 @@ def run_scenes(programs: Path, folder: Path) -> None:
         changed = [part for setting in settings for part in ("--set", setting)]
         output = run([programs / "astroinertia", "run", scene, *changed, "--output", model], folder)
         assert f"look at it with: astroinertia show {model}" in output
-        opened = "import astroinertia, sys; found = astroinertia.open(sys.argv[1])"
-        closure = "float(found.get('ledger_closure', found.mass * 0).max())"
-        shown = f"print(found.attrs['model'], int(found.time.size > 1), {closure} < 1e-10)"
-        assert run([programs / "python", "-c", f"{opened}; {shown}", model], folder).split() == [model, "1", "True"]
+    closure = "float(found.get('ledger_closure', found.mass * 0).max())"
+    shown = f"print(found.attrs['model'], int(found.time.size > 1), {closure} < 1e-10)"
+    opened = f"import astroinertia, sys\nfor name in sys.argv[1:]:\n    found = astroinertia.open(name); {shown}"
+    lines = run([programs / "python", "-c", opened, *SCENES], folder).splitlines()
+    assert lines == [f"{model} 1 True" for model in SCENES]
