@@ -27,7 +27,7 @@ from astroinertia.studies.core_model_error import model_error_of
 from astroinertia.studies.sweeps import Model, sweep
 from astroinertia.studies.two_layers import love_numbers, moment_ratio_of, two_layers
 
-SYNCHRONOUS = ("Moon", "Io", "Europa", "Ganymede", "Callisto", "Titan")
+SYNCHRONOUS = ("Moon", "Io", "Europa", "Ganymede", "Callisto", "Enceladus", "Rhea", "Titan")
 _HOMOGENEOUS_LOVE_NUMBER = 1.5  # no fluid body whose density falls outwards responds more
 _INDICES = np.linspace(0.0, 4.5, 46)
 _RADAU_DARWIN_LEAST = 0.75  # fluid k2 of the polytrope n = 0.67

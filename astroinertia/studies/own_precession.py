@@ -46,10 +46,15 @@ class _Orbit(NamedTuple):
     node_period: float
 
     @property
+    def kept(self) -> float:
+        """What the inclination to the mean plane leaves of a torque on or by the orbit as the node turns."""
+        return 1.0 - 1.5 * math.sin(self.inclination) ** 2
+
+    @property
     def tide(self) -> float:
-        """G m/(a^3 (1 - e^2)^(3/2)), less what the inclination to the mean plane takes off as the node turns."""
-        lost = 1.0 - 1.5 * math.sin(self.inclination) ** 2
-        return GRAVITATIONAL_CONSTANT * self.mass / self.semi_major_axis**3 / (1 - self.eccentricity**2) ** 1.5 * lost
+        """G m/(a^3 (1 - e^2)^(3/2)), and what is kept of it."""
+        whole = GRAVITATIONAL_CONSTANT * self.mass / self.semi_major_axis**3 / (1 - self.eccentricity**2) ** 1.5
+        return whole * self.kept
 
 
 def precession_of(
@@ -199,8 +204,11 @@ def _mean_plane(
     planes: Mapping[str, float], mass: float,
 ) -> float:  # fmt: skip
     """phi: the angle of a moon's mean orbit from the body's own, where those of the others are as they are."""
-    size = moon.mass * moon.semi_major_axis**2
-    momentum = size * math.sqrt(GRAVITATIONAL_CONSTANT * (mass + moon.mass) / moon.semi_major_axis**3)
+    ring = moon.mass * moon.semi_major_axis**2
+    size = ring * moon.kept
+    # Along the pole of the mean plane, about which the node turns: against it for a moon that goes backwards.
+    momentum = ring * math.sqrt(GRAVITATIONAL_CONSTANT * (mass + moon.mass) / moon.semi_major_axis**3)
+    momentum *= math.cos(moon.inclination)
     others = [
         (_ring(*sorted((moon, other), key=lambda orbit: orbit.semi_major_axis)), planes[other.name])
         for other in moons
@@ -229,7 +237,7 @@ def _ring(inner: _Orbit, outer: _Orbit) -> float:
         raise SceneError(
             f"precession_of: the orbits of {shown(inner.name)} and {shown(outer.name)} are too near each other"
         ) from None
-    return 0.75 * inner.mass * inner.semi_major_axis**2 * outer.tide * nearness
+    return 0.75 * inner.mass * inner.semi_major_axis**2 * inner.kept * outer.tide * nearness
 
 
 def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:

@@ -9,7 +9,7 @@ from astroinertia.bodies.planets import body
 from astroinertia.units import quantity
 
 
-@pytest.mark.parametrize("name", ["Venus", "Earth", "Mars", "Jupiter", "Saturn"])
+@pytest.mark.parametrize("name", ["Venus", "Earth", "Mars", "Jupiter", "Saturn", "Uranus", "Neptune"])
 def test_planets_were_within_their_mean_orbits_at_j2000(name):
     sun = mean_companions(name)[0]
     axis, eccentricity = quantity(sun["semi_major_axis"], "length"), float(sun["eccentricity"])
@@ -23,7 +23,9 @@ def test_planets_were_within_their_mean_orbits_at_j2000(name):
 @pytest.mark.parametrize(
     ("planet", "moon", "days"),
     [("Earth", "Moon", 27.3217), ("Mars", "Phobos", 0.31891), ("Mars", "Deimos", 1.26244), ("Jupiter", "Io", 1.769138),
-     ("Jupiter", "Callisto", 16.689018), ("Saturn", "Titan", 15.945), ("Saturn", "Iapetus", 79.3215)],
+     ("Jupiter", "Callisto", 16.689018),
+     ("Uranus", "Titania", 8.705872), ("Uranus", "Ariel", 2.520379), ("Neptune", "Triton", 5.876854),
+     ("Saturn", "Titan", 15.945), ("Saturn", "Iapetus", 79.3215)],
 )  # fmt: skip
 def test_moons_go_round_in_their_sidereal_periods(planet, moon, days):
     orbits = {companion["name"]: companion for companion in mean_companions(planet)}

@@ -16,7 +16,7 @@ from astroinertia.units import quantity
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "planets.json").read_text())
 NAMES = (
     "Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Jupiter", "Saturn", "Uranus", "Neptune", "Io", "Europa",
-    "Ganymede", "Callisto", "Titan", "Ceres", "Vesta",
+    "Ganymede", "Callisto", "Enceladus", "Rhea", "Titan", "Ceres", "Vesta",
 )  # fmt: skip
 
 

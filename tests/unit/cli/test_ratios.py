@@ -34,7 +34,7 @@ def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
     assert rows["Mercury"][3] == "-"  # its figure is no fluid's
     assert max(map(len, printed.splitlines())) <= 120
     with xr.open_dataset(elsewhere / "all.nc") as written, (elsewhere / "all.csv").open() as stream:
-        assert written.sizes["body"] == 17
+        assert written.sizes["body"] == 19
         assert written["core_radius"].attrs["units"] == "m"
         table = {row["body"]: row for row in csv.DictReader(stream)}
         for name in ("Earth", "Moon"):
@@ -45,7 +45,7 @@ def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
 def test_markdown_has_a_source_in_every_row(capsys):
     assert main(["ratios", "--markdown"]) == 0
     head, rule, *rows = capsys.readouterr().out.splitlines()
-    assert len(rows) == 17
+    assert len(rows) == 19
     assert {line.count("|") for line in (head, rule, *rows)} == {9}
     assert all(len(row.split("|")[-2].strip()) > 10 for row in rows)
     assert "| C 0.36419 at 3396 km |" in rows[5]
