@@ -19,6 +19,7 @@ import numpy as np
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.own import FAILURES
 from astroinertia.effects.particle_names import OF_PARTICLES
+from astroinertia.engines.elementwise import by_numpy
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import AbsentError, AstroinertiaError, NumericalError, SceneError
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown, si_unit, with_unit
@@ -83,7 +84,11 @@ def acceleration(self, xp, fluid):
     """What the function returns, (N, 3); velocities are those predicted for the end of the step: second order."""
     arrays = [fluid.time, *(getattr(fluid, one) for one in OF_PARTICLES.values()), fluid.centre, fluid.centre_velocity]
     call = functools.partial(_on_host, self, FluidState, np.shape(fluid.position), "acceleration")
-    return call(*arrays) if xp is np else _called_back(call, np.shape(fluid.position), map(_not_differentiated, arrays))
+    return (
+        call(*arrays)
+        if by_numpy(xp)
+        else _called_back(call, np.shape(fluid.position), map(_not_differentiated, arrays))
+    )
 
 
 def virial(self, xp, fluid):

@@ -5,7 +5,8 @@ operation. Functions are written as pair functions are, on plain scalars over a 
 floor, int64 and take besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain
 number as it is, and a `Table` as the whole of it, whose entries are had by xp.take(table, xp.int64(index)); and they
 return such things. With jax.numpy they are called on whole arrays as they stand, and so with numpy where particles are
-few: a program takes 0.1 to 0.7 s to compile, and saves some 50 us of a call.
+few: a program takes 0.1 to 0.7 s to compile, and saves some 50 us of a call. With MANY, which is numpy otherwise, the
+programs are taken all the same: few particles of many have theirs compiled already.
 
 Loops go over fixed chunks of particles, and sums add up chunks in their order: the bits do not depend on the threads.
 """
@@ -27,6 +28,8 @@ from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
 
 Array = Any
+MANY = ModuleType("numpy_of_many")
+vars(MANY).update(vars(np))
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
 ALONE = 16384  # particles a thread must have to be worth starting: loops take some 1 to 10 ns each, to start it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
@@ -95,9 +98,9 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     Tests: tests/unit/engines/test_elementwise.py.
     """
     count = _count(arguments)
-    if xp is not np:
+    if not by_numpy(xp):
         return tuple(_joined(xp, value, count) for value in function(xp, *map(_apart, arguments)))
-    if _is_for_numpy(arguments, count):
+    if _is_for_numpy(xp, arguments, count):
         return tuple(_in_rows(parts, count) for parts in _of_few(function, arguments, count))
     flat, kinds = _flat(arguments, count)
     loop, shapes = _each(function, kinds)
@@ -112,10 +115,10 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     The function is called with `arguments` and the further ones of each of the E cases, which are all of one kind.
     Tests: tests/unit/engines/test_elementwise.py.
     """
-    if xp is not np:
+    if not by_numpy(xp):
         results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]
         return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*results, strict=True))
-    if _is_for_numpy(arguments, count := _count(arguments)):
+    if _is_for_numpy(xp, arguments, count := _count(arguments)):
         values = [_of_few(function, (*arguments, *more), count) for more in cases]
         return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
     shared, kinds = _flat(arguments, count)
@@ -127,6 +130,11 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     # Along the last axis numpy adds pairwise.
     sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
     return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
+
+
+def by_numpy(xp: Any) -> bool:
+    """Whether that is numpy, under whatever name."""
+    return xp is np or xp is MANY
 
 
 def added(one: Array | None, other: Array | None) -> Array | None:
@@ -151,11 +159,11 @@ def sum_of_vectors(xp, a, b):
 SUMS = {(): sum_of_numbers, (3,): sum_of_vectors}
 
 
-def _is_for_numpy(arguments: Sequence[Array], count: int) -> bool:
+def _is_for_numpy(xp: Any, arguments: Sequence[Array], count: int) -> bool:
     """Whether numpy is quicker than compiling first: not in a table, where its operations for 500 particles take a
     run of 200 steps as long.
     """
-    return count <= FEW and not any(isinstance(argument, Table) for argument in arguments)
+    return count <= (FEW if xp is np else 0) and not any(isinstance(argument, Table) for argument in arguments)
 
 
 def _of_few(function: Callable, arguments: Sequence[Array], count: int) -> list[list[Array]]:

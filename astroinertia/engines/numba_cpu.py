@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
+from astroinertia.engines.elementwise import MANY
 from astroinertia.engines.few import FEW
 from astroinertia.engines.few_sources import rows_of, sources_of, tables_of
 from astroinertia.engines.numba_modules import (
@@ -94,6 +95,7 @@ class Engine:
     threads: how many; None for all that numba would use (NUMBA_NUM_THREADS). programs: the terms of sums over
     neighbours that are compiled anyway; one of them does for sums of some of its effects, up to CARRIED particles.
     images: how many of each of few particles there may be, itself among them, until they are no longer few.
+    among: particles of the body that those at hand are part of: where these are many, so are those.
     together: the processes that share out sums over neighbours; sums over all pairs, which are of few particles, each
     makes for itself.
     """
@@ -103,13 +105,18 @@ class Engine:
     programs: tuple[tuple[PairTerm, ...], ...] = ()
     together: Alone = ALONE
     images: int = 1
+    among: int = 0
     name = "numba_cpu"
     bounded = True  # matter comes to an end somewhere
-    xp = np
 
     def __post_init__(self) -> None:
         if self.precision not in FINEST:
             raise ValueError(f"precision must be one of {', '.join(FINEST)}, not {self.precision!r}")
+
+    @property
+    def xp(self) -> ModuleType:
+        """What work on each particle by itself is done with (elementwise)."""
+        return np if self.among <= FEW else MANY
 
     @property
     def workers(self) -> int:
@@ -119,6 +126,10 @@ class Engine:
     def with_threads(self, threads: int | None) -> "Engine":
         """The same on another number of threads."""
         return replace(self, threads=threads)
+
+    def within(self, count: int) -> "Engine":
+        """The same for parts of a body of so many particles, by the programs that these have."""
+        return replace(self, among=count)
 
     def arrange(self, position: Any, smoothing_length: Any) -> tuple[np.ndarray, Arrangement]:
         """Sort particles into leaves: order (N,), and the arrangement of position[order]."""
@@ -240,7 +251,7 @@ class Engine:
         leaves, wanted = arrangement.leaves, {term.effect for term in terms}
         position, mass, smoothing_length = _fields(fields)
         terms = self._carried_by(tuple(terms), len(mass))
-        virials = virial or (interval is None and _in_one_program(terms, len(mass)))
+        virials = virial or (interval is None and self._in_one_program(terms, len(mass)))
         intervals = interval is not None
         made = (
             few_neighbour_pass(kernel, terms, virials, intervals)
@@ -286,7 +297,7 @@ class Engine:
             return {}
         leaves = arrangement.leaves
         position, mass, smoothing_length = _fields(fields)
-        virials = virial or _in_one_program(terms, len(mass))
+        virials = virial or self._in_one_program(terms, len(mass))
         support = float(KERNELS[kernel].support)
         if self._few(len(mass)):
             made = few_all_pairs_pass(kernel, tuple(terms), virials)
@@ -311,7 +322,11 @@ class Engine:
 
     def _few(self, count: int) -> bool:
         """Whether so many particles have programs of their own, which are shorter and take absolute coordinates."""
-        return count <= self.images * FEW and self.precision == "float64"
+        return max(count, self.among) <= self.images * FEW and self.precision == "float64"
+
+    def _in_one_program(self, terms: Sequence[PairTerm], count: int) -> bool:
+        # Steps ask for no virial tensors and records do: for few particles one program, which makes them, serves both.
+        return max(count, self.among) <= FEW and bool(virial_effects(terms))
 
     def _part(self, arrangement: Arrangement, chosen: Targets) -> tuple[Targets, Part]:
         """Of the targets those that this process sums for: of whole groups of leaves."""
@@ -340,7 +355,7 @@ class Engine:
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, length: np.ndarray
     ) -> Lists:
         leaves, support = arrangement.leaves, float(KERNELS[kernel].support)
-        few = len(position) <= FEW
+        few = max(len(position), self.among) <= FEW
         length = np.full_like(length, np.inf) if few else length
         nodes = tree.fit(leaves, position, length, self.workers)
         offset, count = np.zeros((2, leaves.count), np.int64)
@@ -462,11 +477,6 @@ def _finished(results: dict[str, dict[str, np.ndarray]], virial: bool) -> dict[s
             for (a, b), total in zip(VIRIAL_AXES, by_leaf.sum(axis=0), strict=True):
                 tensor[a, b] = tensor[b, a] = total
     return results
-
-
-def _in_one_program(terms: Sequence[PairTerm], count: int) -> bool:
-    # Steps ask for no virial tensors and records do: for few particles one program, which makes them, serves both.
-    return count <= FEW and bool(virial_effects(terms))
 
 
 def _expanded_volume(leaves: tree.Leaves, position: np.ndarray, smoothing_length: np.ndarray, threads: int) -> float:

@@ -76,7 +76,6 @@ class Engine:
     support: float
     name = "numba_cpu"
     bounded = False
-    xp = np
 
     @property
     def precision(self) -> str:
@@ -91,6 +90,15 @@ class Engine:
     def with_threads(self, threads: int | None) -> "Engine":
         """The same on another number of threads."""
         return replace(self, inner=self.inner.with_threads(threads))
+
+    @property
+    def xp(self) -> Any:
+        """That of the inner engine."""
+        return self.inner.xp
+
+    def within(self, count: int) -> "Engine":
+        """The same for parts of a body of so many particles."""
+        return replace(self, inner=self.inner.within(count))
 
     def arrange(self, position: Any, smoothing_length: Any) -> tuple[np.ndarray, Arrangement]:
         """Sort particles into leaves with their images: order (N,), and the arrangement of position[order]."""

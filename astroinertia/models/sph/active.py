@@ -120,6 +120,11 @@ class BlockStep:
         return replace(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
 
     @property
+    def xp(self) -> Any:
+        """What work on each particle by itself is done with."""
+        return self.problem.engine.xp
+
+    @property
     def count(self) -> int:
         """Number of particles."""
         return len(self.state.mass)
@@ -181,6 +186,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         more["decay"] = np.array(rates.exchange.decay)
     total = mass.sum()
     body = Whole(total, (mass @ state.position) / total, (mass @ state.velocity) / total)
+    problem = replace(problem, engine=problem.engine.within(len(mass)))
     return BlockStep(problem, arrangement, Clock(base), float(state.time), state, more, body, Tally())
 
 
@@ -192,7 +198,7 @@ def closed(block: BlockStep, rates: Rates) -> State:
         time=np.float64(block.begun + block.clock.base),
         step=state.step + 1,
         rates=replace(rates, fluid=fluid),
-        points=points.with_histories(np, block.problem.effects, fluid),
+        points=points.with_histories(block.xp, block.problem.effects, fluid),
     )
 
 
@@ -202,14 +208,14 @@ def drift(block: BlockStep, clock: Clock) -> None:
     mass, centre, velocity = block.body
     block.body = Whole(mass, centre + dt * velocity, velocity)
     state = replace(block.state, time=np.float64(block.time))
-    block.state = kick_drift.drift(np, state, dt, block.more["counted"], block.body)
+    block.state = kick_drift.drift(block.xp, state, dt, block.more["counted"], block.body)
     _predict(block, clock)
 
 
 def carry_on(block: BlockStep, clock: Clock, counted: Array) -> None:
     """Particles at a later time, to which the body has drifted already; counted: as in kick_drift.carried_on."""
     dt = np.float64(clock.elapsed - block.clock.elapsed)
-    block.state = kick_drift.carried_on(np, block.state, dt, counted, block.body)
+    block.state = kick_drift.carried_on(block.xp, block.state, dt, counted, block.body)
     _predict(block, clock)
 
 
@@ -217,7 +223,7 @@ def _predict(block: BlockStep, clock: Clock) -> None:
     # Velocities by the last accelerations.
     dt = clock.elapsed - block.clock.elapsed
     velocity, acceleration = block.more["predicted"], block.more["acceleration"]
-    block.more["predicted"] = elementwise(np, kick_drift.changed, velocity, acceleration, dt)[0]
+    block.more["predicted"] = elementwise(block.xp, kick_drift.changed, velocity, acceleration, dt)[0]
     block.clock = clock
 
 
@@ -243,10 +249,10 @@ def find_densities(block: BlockStep, active: Array) -> None:
         block.state = replace(block.state, ledger=ledger)
     rate, since = block.take("entropy_rate", active), block.time - block.take("middle", active)
     if "decay" in block.more:
-        now = elementwise(np, exchanged, entropy, rate * since, block.take("decay", active), since)[0]
+        now = elementwise(block.xp, exchanged, entropy, rate * since, block.take("decay", active), since)[0]
     else:
-        now = elementwise(np, advanced, entropy, rate, since)[0]
-    values = dict(zip(THERMAL, eos.state(np, solved.density, now), strict=True))
+        now = elementwise(block.xp, advanced, entropy, rate, since)[0]
+    values = dict(zip(THERMAL, eos.state(block.xp, solved.density, now), strict=True))
     values |= {"smoothing_length": solved.smoothing_length, "density": solved.density, "grad_h": solved.grad_h}
     values |= {name: array for name in SOLVED if (array := getattr(solved, name)) is not None}
     for name, array in values.items():
@@ -421,22 +427,22 @@ def kick(
     A push that heats has its heat for the velocities that particles were expected to have; what it works on those that
     they turn out to have beyond that is made up for, so that it turns energy into heat and loses none.
     """
-    change = kick_drift.velocity_change(np, pushes, drags, block.take("velocity", active), spans.both)
+    change = kick_drift.velocity_change(block.xp, pushes, drags, block.take("velocity", active), spans.both)
     expected = block.take("predicted", active)
     by_pairs = [
         q if q is None or push is None
-        else elementwise(np, corrected_heat, q, push, change.before, change.after, expected)[0]
+        else elementwise(block.xp, corrected_heat, q, push, change.before, change.after, expected)[0]
         for q, push in zip(by_pairs, change.increments, strict=True)
     ]  # fmt: skip
     more = None if exchange is None else spans.both * exchange.gain
-    gain = entropy_gain(np, block.take("entropy_per_heat", active), by_pairs, more)
+    gain = entropy_gain(block.xp, block.take("entropy_per_heat", active), by_pairs, more)
     heat = Heat(by_pairs, exchange, gain, spans.both, 1.0)
     curved = block.problem.equation_of_state.curved
     chosen = block.chosen(active)
     everyone = block.whole and chosen is None
     momentum = block.state.ledger.impulse.total.sum(axis=0)
     block.state = kick_drift.kick(
-        np, block.state, change, heat, block.take("density", active), matter(block, active) if curved else None,
+        block.xp, block.state, change, heat, block.take("density", active), matter(block, active) if curved else None,
         chosen, None if everyone else block.body,
     )  # fmt: skip
     gained = block.state.ledger.impulse.total.sum(axis=0) - momentum
@@ -446,7 +452,7 @@ def kick(
 def correct(block: BlockStep, active: Array, since: Array, acceleration: Array) -> None:
     """The velocities now by the trapezoidal rule over `since` (n,), with the accelerations (n, 3) found at last."""
     velocity, before = block.take("predicted", active), block.take("acceleration", active)
-    block.put("predicted", active, elementwise(np, trapezoid, velocity, before, acceleration, since)[0])
+    block.put("predicted", active, elementwise(block.xp, trapezoid, velocity, before, acceleration, since)[0])
     block.put("acceleration", active, acceleration)
 
 

@@ -189,7 +189,7 @@ def _close(block: BlockStep) -> Rates:
     fluid = parts.remembered(block, everyone, sums, since)
     rates = _kick_and_rate(block, everyone, fluid, np.full(block.count, -1), since)
     del sums["timesteps"]
-    return replace(rates, timestep=shortest(np, timesteps.timestep_limits(block.problem, rates).values()))
+    return replace(rates, timestep=shortest(block.xp, timesteps.timestep_limits(block.problem, rates).values()))
 
 
 def _before_forces(block: BlockStep, active: Array) -> Sums:
@@ -247,7 +247,7 @@ def _kick_and_rate(block: BlockStep, active: Array, fluid: Fluid, rung: Array, s
     """Kick active particles; their rates now, `since` (n,) after the last ones."""
     fluid, own = _kick(block, active, fluid, rung)
     rates = evaluate.rates_of(block.problem, fluid, own, block.take("entropy_per_heat", active))
-    parts.correct(block, active, since, total_acceleration(np, rates, fluid.velocity))
+    parts.correct(block, active, since, total_acceleration(block.xp, rates, fluid.velocity))
     block.put("entropy_rate", active, rates.entropy_rate)
     if rates.exchange is not None:
         block.put("decay", active, rates.exchange.decay)
@@ -307,7 +307,7 @@ def _own_acceleration(block: BlockStep, effect: Effect, fluid: Fluid, active: Ar
     name = f"body.{effect.kind}"
     if not _acts_now(block, effect):
         return block.more[name][active] if name in block.more else None
-    acceleration = effect.acceleration(np, fluid)
+    acceleration = effect.acceleration(block.xp, fluid)
     if acceleration is not None and effect.whole_body:
         block.more[name] = acceleration
     return acceleration

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.elementwise import added, by_numpy, elementwise
 from astroinertia.models.sph.state import Problem, Rates
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.kernels import KERNELS
@@ -129,7 +129,7 @@ def contact_limit(
     by (gap + DEPTH h)/w. position, velocity (N, 3), smoothing_length (N,), sorted; step is what all else allows: where
     that takes nothing so deep, numpy looks no further. Test: tests/unit/models/sph/test_limits.py.
     """
-    if xp is np and goes_nowhere(velocity, smoothing_length, step):
+    if by_numpy(xp) and goes_nowhere(velocity, smoothing_length, step):
         return np.float64(np.inf)
     return xp.min(meetings(xp, position, velocity, smoothing_length, support)[0])
 

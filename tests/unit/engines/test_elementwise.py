@@ -1,5 +1,7 @@
 """Loops over particles: what they compute, in every shape, and that threads and chunks leave no trace."""
 
+from types import ModuleType
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from numba.core import event
 
 from astroinertia.engines import elementwise as loops
-from astroinertia.engines.elementwise import elementwise, totals
+from astroinertia.engines.elementwise import MANY, elementwise, totals
 from astroinertia.engines.few import FEW
 
 random = np.random.default_rng(8)
@@ -52,21 +54,21 @@ def looked_up(xp, x, table):
 
 
 def test_few_particles_have_the_same_results_without_programs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In every shape, with an unknown number and sums of several cases."""
+    """In every shape, with an unknown number and sums of several cases; few of many have theirs by programs."""
     mass, vector, matrix = MASS[:FEW].copy(), VECTOR[:FEW], MATRIX[:FEW]
     mass[3] = np.nan
 
-    def results() -> list[np.ndarray]:
+    def results(xp: ModuleType) -> list[np.ndarray]:
         return [
-            *elementwise(np, turned, mass, vector, matrix, 0.3), *elementwise(np, elementary, vector[:, 0]),
-            *totals(np, weighted, MASS[:FEW], vector, cases=[(vector,), (2.0 * vector,)]),
+            *elementwise(xp, turned, mass, vector, matrix, 0.3), *elementwise(xp, elementary, vector[:, 0]),
+            *totals(xp, weighted, MASS[:FEW], vector, cases=[(vector,), (2.0 * vector,)]),
         ]  # fmt: skip
 
     with event.install_recorder("numba:compile") as recorder:
-        few = results()
+        few = results(np)
     assert not recorder.buffer
-    monkeypatch.setattr(loops, "FEW", 0)
-    for one, other in zip(few, results(), strict=True):
+    monkeypatch.setattr(loops, "_of_few", None)
+    for one, other in zip(few, results(MANY), strict=True):
         assert one.shape == other.shape
         assert one.flags.c_contiguous
         assert one.flags.writeable

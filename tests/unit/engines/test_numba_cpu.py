@@ -106,12 +106,15 @@ def of_particles(outputs):
 
 
 def test_few_particles_have_the_sums_of_many(reference, monkeypatch):
-    """By programs of their own, without lists of neighbours: the same bits, of all and of some; of far pairs nearly."""
+    """By programs of their own, without lists of neighbours: the same bits, of all and of some; of far pairs nearly.
+
+    Few that are part of many have the programs of many.
+    """
     arrangement, solved, fields = reference
-    some, engine = np.arange(1, COUNT, 3), Engine()
+    some = np.arange(1, COUNT, 3)
     exact = pairs.pair_sums((DIRECT_GRAVITY,), fields, KERNEL, all_pairs=True, virial=True, scale=True)
 
-    def found():
+    def found(engine):
         first = fields["position"], fields["mass"], 0.7 * solved.smoothing_length
         held = engine.listed(arrangement, KERNEL, fields["position"], fields["smoothing_length"])
         densities = [engine.density(arrangement, KERNEL, *first, ETA, 1e-10, targets=of) for of in (None, some)]
@@ -124,10 +127,9 @@ def test_few_particles_have_the_sums_of_many(reference, monkeypatch):
         assert largest_error(direct, exact) < 1e-13
         return held.lists, lengths + [each for of in sums for outputs in of.values() for each in outputs.values()]
 
-    lists, few = found()
-    for module in (numba_cpu, tree):
-        monkeypatch.setattr(module, "FEW", 0)
-    listed, many = found()
+    lists, few = found(Engine())
+    monkeypatch.setattr(tree, "FEW", 0)
+    listed, many = found(Engine().within(5000))
     assert lists is None
     assert 0 < listed.count.sum() < COUNT * listed.targets.leaves.size
     for one, other in zip(few[:2], many[:2], strict=True):  # those that outgrow their lists are solved for again there
