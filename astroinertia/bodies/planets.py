@@ -150,6 +150,10 @@ class SolarSystemBody:
         rows.sort(key=lambda pair: not pair[1].adopted)
         return tuple(self._normalised(name.partition("_")[0], row, kind, radius) for name, row in rows)
 
+    def moment_of_inertia(self, kind: str = "mean") -> float:
+        """Return the adopted "mean" or "polar" moment in kg m2; errors as of `moment_ratio`."""
+        return self.moment_ratio(kind).value * self.mass * self.mean_radius**2
+
     def _normalised(self, published_kind: str, row: Published, kind: str, radius: float) -> MomentRatio:
         value = moment_ratios.convert_moment_ratio(row.value, row.radius, radius)
         uncertainty = moment_ratios.convert_moment_ratio(row.uncertainty, row.radius, radius)

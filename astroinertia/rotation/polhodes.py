@@ -32,24 +32,30 @@ class Stability(NamedTuple):
 
 
 @with_quantities()
-def stability(moments: Sequence[Number], rate: float) -> Stability:
+def stability(moments: Sequence[Number], rate: float, angular_momentum: float = 0.0) -> Stability:
     """How a small wobble about each principal axis (3,) goes on, of rotation about it at `rate`.
 
-    moments (3,), in any order. One of wobble_rate (3,) and growth_rate (3,) is 0, both where another moment is equal:
-    there, to first order, a wobble grows as the time. ValueError for moments that are not positive.
-    Source: Landau & Lifshitz, Mechanics, section 37, eq. 37.16 and after. Test: tests/unit/rotation/test_polhodes.py.
+    moments (3,), in any order. angular_momentum: of a rotor within, along that axis and beside that of the body with
+    the rotor at rest in it, as of a spacecraft with a wheel (a gyrostat): it holds any axis if it is large enough. One
+    of wobble_rate (3,) and growth_rate (3,) is 0, both where another moment is equal: there, to first order, a wobble
+    grows as the time. ValueError for moments that are not positive.
+    Source: Landau & Lifshitz, Mechanics, section 37, eq. 37.16 and after; Hughes 1986, Spacecraft Attitude Dynamics,
+    section 6.2. Test: tests/unit/rotation/test_polhodes.py.
 
     >>> print(stability([1, 2, 3], 1.0).growth_rate.round(4))  # only the middle axis is unstable: 3^(-1/2)
     [0.     0.5774 0.    ]
+    >>> print(stability([1, 2, 3], 1.0, angular_momentum=1.5).wobble_rate[1].round(4))  # and is held by a wheel
+    0.6455
     """
     sizes = [exact(moment) for moment in moments]
     if len(sizes) != 3 or min(sizes) <= 0:
         raise ValueError("stability needs three positive moments")
+    turn, rotor = exact(rate), exact(angular_momentum)
     squares = []
     for k, about in enumerate(sizes):
         one, other = sizes[k - 1], sizes[k - 2]
-        squares.append(float((about - one) * (about - other) / (one * other)))
-    growth = np.array(squares) * rate**2
+        squares.append(float(((about - one) * turn + rotor) * ((about - other) * turn + rotor) / (one * other)))
+    growth = np.array(squares)
     return Stability(np.sqrt(np.maximum(growth, 0.0)), np.sqrt(np.maximum(-growth, 0.0)))
 
 

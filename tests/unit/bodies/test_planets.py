@@ -106,6 +106,12 @@ def test_conversions_agree_with_the_papers_that_give_both():
     assert body("Jupiter").moment_ratio("polar").value == pytest.approx(0.2760, abs=2e-4)  # Militzer & Hubbard 2023
 
 
+def test_the_moment_of_the_earth_is_that_of_groten():
+    """8.0365e37 kg m2 (Groten 2004, J. Geod. 77, 724), with another G."""
+    assert body("Earth").moment_of_inertia("polar") == pytest.approx(8.0365e37, rel=5e-4)
+    assert body("Earth").moment_of_inertia() == pytest.approx((8.0101e37 + 8.0103e37 + 8.0365e37) / 3, rel=5e-4)
+
+
 def test_three_sigma_uncertainties_become_one_sigma():
     ratio = body("Mercury").moment_ratio("polar", 2440e3)
     assert ratio.uncertainty == pytest.approx(0.005 / 3)

@@ -72,6 +72,19 @@ def test_stability_is_that_of_small_wobbles():
         polhodes.stability([0.0, 1.0, 1.0], 1.0)
 
 
+def test_a_wheel_along_an_axis_holds_it():
+    """The linearised equations of a gyrostat: I dw/dt = -w x (I w + h)."""
+    inertia, rotor, rate = np.diag([1.0, 2.0, 3.0]), 1.3, 0.9
+    found = polhodes.stability([1.0, 2.0, 3.0], rate, rotor)
+    for k, axis in enumerate(np.eye(3)):
+        whole = inertia @ axis * rate + rotor * axis
+        by_rate = [-np.cross(each, whole) - np.cross(rate * axis, inertia @ each) for each in np.eye(3)]
+        roots = np.linalg.eigvals(np.linalg.solve(inertia, np.transpose(by_rate)))
+        assert abs(roots.imag).max() == pytest.approx(found.wobble_rate[k], abs=1e-7)
+        assert roots.real.max() == pytest.approx(found.growth_rate[k], abs=1e-7)
+    assert found.growth_rate[1] == 0.0 < polhodes.stability([1.0, 2.0, 3.0], rate, 0.5).growth_rate[1]
+
+
 def test_the_separatrices_are_great_circles_of_the_angular_momentum():
     moments = np.array([1.0, 2.0, 3.0])
     normals = np.array([[np.sqrt(1 / 1 - 1 / 2), 0, sign * np.sqrt(1 / 2 - 1 / 3)] for sign in (1, -1)])
