@@ -160,9 +160,10 @@ class Gravity(Effect):
         strength = None if acceleration is None else multipole.strengths(acceleration)
         points = fluid.mass, fluid.position, fluid.smoothing_length
         if virial:
-            return {
-                "virial": multipole.virial(*points, self.force_error, strength, engine.workers, own, engine.together)
-            }
+            tensor = multipole.virial(
+                *points, self.force_error, strength, engine.workers, own, engine.precision, engine.together
+            )
+            return {"virial": tensor}
         acceleration, potential = multipole.gravity(
             *points, None, self.force_error, strength, engine.workers, own, engine.precision, engine.together
         )

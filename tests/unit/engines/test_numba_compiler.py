@@ -18,8 +18,12 @@ def weighted(weight, x, index):
 
 
 def totals(weight, x, out):
+    last, parity = 0.0, 0  # names that are given again, within branches and loops
     for k in range(len(weight)):
-        out[k % 2] += weighted_part(weight, x, k) - 0.5 * x[k, 1]
+        if weight[k] > 2.0:
+            last = x[k, 0]
+        out[parity] += weighted_part(weight, x, k) - 0.5 * x[k, 1] * last
+        parity = 1 - parity
 
 
 weighted_part = njit(**PART)(weighted)
