@@ -27,15 +27,14 @@ def place(tmp_path_factory):
     return prepared(tmp_path_factory.mktemp("signals"))
 
 
+# Of a sweep: test_sweep_signals.py; of verify alone, while it compiles: below.
 @pytest.mark.parametrize(
     ("name", "numbers", "after"),
     [
         ("run", (TERM, TERM), 2.5),
         ("resume", (INT,), 2.5),
-        ("verify", (TERM,), 2.0),
         ("tradeoff", (INT, INT), 4.0),
         ("movie", (USR1,), 2.5),
-        ("sweep", (TERM, TERM), 2.0),
         ("verify beside", (INT,), 4.0),
         ("calibrate", (TERM, TERM), 1.5),
     ],

@@ -16,6 +16,8 @@ SETTINGS = ["body.particles=300", "time.end=1.0", "numerics.precision=float64", 
 SCENE = Path(__file__).parent.parent.parent / "sims" / "evrard.toml"
 
 
+# Quicker, with other effects and by a command: tests/installed/test_example.py; with individual steps: tests/crash.
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_an_interrupted_run_resumes_bit_for_bit(tmp_path: Path) -> None:
     """SIGINT in the middle saves the run; resumed, its series and snapshots equal those of an undisturbed run."""
     scene = load.load_file(SCENE, SETTINGS)

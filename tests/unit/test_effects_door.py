@@ -113,7 +113,8 @@ def test_an_effect_from_python_acts_as_its_equation_says_and_goes_on_bit_for_bit
     assert "given from Python" in whole.attrs["own_effects"]
 
 
-@pytest.mark.parametrize("setting", ['engine="xla"', 'timesteps="individual"'])
+# In xla beside a function: tests/unit/effects/test_by_function.py.
+@pytest.mark.parametrize("setting", [pytest.param('engine="xla"', marks=pytest.mark.full), 'timesteps="individual"'])
 def test_it_acts_the_same_in_the_other_engine_and_with_individual_steps(drag, tmp_path, setting) -> None:
     scene = loads(SCENE, [f"numerics.{setting}"], effects=[drag(k=K)])
     assert_the_drag_is_exact(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run")), 1e-4)

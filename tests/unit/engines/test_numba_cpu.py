@@ -218,7 +218,7 @@ def test_neighbour_sums_of_every_kind(reference, precision, bar):
 
 
 @pytest.mark.parametrize(
-    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-5, marks=pytest.mark.slow)]
+    ("precision", "bar"), [("float64", 1e-13), pytest.param("mixed", 1e-5, marks=pytest.mark.full)]
 )
 def test_direct_gravity(reference, precision, bar):
     arrangement, _, fields = reference

@@ -113,7 +113,9 @@ def waited_for(condition: Any, seconds: float) -> Any:
 
 
 @two_cores
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, -9), (signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), [
+    (signal.SIGKILL, -9), (signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.full),
+])  # fmt: skip
 def test_the_second_process_ends_with_the_run(number: int, code: int, tmp_path) -> None:
     kept = TWO | {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "ASTROINERTIA_CACHE": str(tmp_path / "kernels")}
     command = [sys.executable, "-m", "astroinertia", "run", str(SIMS / "evrard.toml")]

@@ -7,6 +7,7 @@ steps against each other.
 from dataclasses import replace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from astroinertia.engines.xla import Engine as XlaEngine
 from astroinertia.models.sph import evaluate
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.record import energy_budget
+from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.step import step
 from astroinertia.sph import profiles
 from astroinertia.sph.density import density, own_share
@@ -80,7 +82,10 @@ def test_the_centre_of_a_polytrope_has_its_density():
 
 @pytest.mark.parametrize(
     "kernel",
-    ["quintic", "wendland_c2", *(pytest.param(f"wendland_{order}", marks=pytest.mark.full) for order in ("c4", "c6"))],
+    [
+        "wendland_c2",
+        *(pytest.param(name, marks=pytest.mark.full) for name in ("quintic", "wendland_c4", "wendland_c6")),
+    ],
 )
 def test_the_share_of_the_particle_itself_is_that_of_settled_gas(kernel):
     """The table against another sample of gas nearly at rest, to 1e-3 near the kernel's own neighbours.
@@ -160,10 +165,14 @@ def test_engines_agree():
     position = ball(200)
     listed = [build("gravity", {"method": "direct", **FOURTH}), build("pressure", FOURTH)]
     with jax.enable_x64(True):
-        states = [
-            state_of(*listed, position=position, velocity=0 * position, engine=engine)[1]
-            for engine in (BruteEngine(), Engine(), XlaEngine())
-        ]
+        (_, plain, _), (problem, state, _) = (
+            state_of(*listed, position=position, velocity=0 * position, engine=engine)
+            for engine in (BruteEngine(), Engine())
+        )
+        # In one program: the first state of xla compiles hundreds of small ones.
+        problem = replace(problem, engine=XlaEngine())
+        dense, arrangement = rearranged(problem, jax.tree.map(jnp.asarray, state))
+        states = [plain, state, jax.jit(evaluate.evaluated)(problem, arrangement, dense, jnp.zeros(()))]
     sorted_by_name = [
         [np.asarray(a)[np.argsort(np.asarray(state.identity))] for a in state.rates.acceleration] for state in states
     ]
