@@ -180,9 +180,11 @@ def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: Fil
     if not fewest <= count <= MAX_PARTICLES:
         raise SceneError(f"particle table {path} has {count} particles, not {fewest} to {MAX_PARTICLES}")
     if not (columns["mass"] > 0).all():
-        raise SceneError(f"particle table {path}: mass of row {int(np.argmin(columns['mass'])) + 1} is not positive")
+        raise SceneError(
+            f"particle table {path}: mass of row {int(np.argmax(columns['mass'] <= 0)) + 1} is not positive"
+        )
     if "u" in columns and not (columns["u"] >= 0).all():
-        raise SceneError(f"particle table {path}: u of row {int(np.argmin(columns['u'])) + 1} is negative")
+        raise SceneError(f"particle table {path}: u of row {int(np.argmax(columns['u'] < 0)) + 1} is negative")
     nothing = np.zeros(count)
     return Table(
         mass=columns["mass"],

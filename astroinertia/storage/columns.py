@@ -19,7 +19,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.storage.bounded import npz_members, plain_text
-from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, hdf5_columns
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, VECTORS, hdf5_columns, split_vectors
 from astroinertia.units import quantity, shown
 
 MAX_BYTES = 2**30
@@ -193,15 +193,16 @@ def _limited(name: str, file: TextIO, comments: list[str] | None = None) -> Iter
 
 
 def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    """The columns of an npz file by name."""
+    """The columns of an npz file by name; position and velocity may be of three numbers a row."""
     try:
         members = npz_members(path)
         names = {wanted.named(name): name for name in members}
-        wanted.check(path, [wanted.named(name) for name in members])
+        wanted.check(path, [part for name in members for part in VECTORS.get(name, (wanted.named(name),))])
         arrays = {name: members[file]() for name, file in names.items()}
         if wrong := [name for name, column in arrays.items() if column.dtype.kind not in "fiu"]:
             raise ValueError(f"its column {wrong[0]} is not of numbers")
-        return {name: np.asarray(column, dtype=float) for name, column in arrays.items()}
+        columns = {name: np.asarray(column, dtype=float) for name, column in arrays.items()}
+        return split_vectors(f"{wanted.what} {path}", columns)
     except SceneError:
         raise
     except Exception as error:  # zipfile and what it unpacks with fail in their own ways

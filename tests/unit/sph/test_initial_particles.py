@@ -199,7 +199,9 @@ def test_table_round_trip(tmp_path):
     text = "# particles\n" + COLUMNS + "\n" + "\n".join(",".join(repr(float(v)) for v in row) for row in values)
     (tmp_path / "p.csv").write_text(text)
     np.savez(tmp_path / "p.npz", **dict(zip(COLUMNS.split(","), values.T, strict=True)))
-    for name in ("p.csv", "p.npz"):
+    vectors = {"position": values[:, 1:4], "velocity": values[:, 4:7]}
+    np.savez(tmp_path / "v.npz", mass=values[:, 0], u=values[:, 7], **vectors)
+    for name in ("p.csv", "p.npz", "v.npz"):
         table = read_table(tmp_path / name)
         np.testing.assert_array_equal(table.position, values[:, 1:4])
         np.testing.assert_array_equal(table.velocity, values[:, 4:7])
@@ -331,7 +333,7 @@ BAD = {
     "word.csv": (b"mass,x,y,z\n1,2,3,4\n1,2,three,4\n", "row 2 is not numbers"),
     "ragged.csv": (b"mass,x,y,z\n1,2,3\n", "row 1 has 3 values"),
     "nan.csv": (b"mass,x,y,z\n" + b"1,0,0,0\n" * 4 + b"1,nan,0,0\n", "x of row 5 is not finite"),
-    "negative.csv": (b"mass,x,y,z\n" + b"1,0,0,0\n" * 4 + b"-1,0,0,0\n", "mass of row 5 is not positive"),
+    "negative.csv": (b"mass,x,y,z\n" + b"1,0,0,0\n" * 4 + b"-1,0,0,0\n-2,0,0,0\n", "mass of row 5 is not positive"),
     "few.csv": (b"mass,x,y,z\n1,0,0,0\n", "1 particles"),
     "long.csv": (b"mass,x,y,z\n" + b"1" * 5000 + b",0,0,0\n", "line 2 is longer"),
     "binary.csv": (bytes(range(256)), "not text"),
