@@ -8,6 +8,12 @@ without trace-free part in homologous flow (Tscharnuter & Winkler 1979, Comput. 
 energy of a shell changes by (P + viscosity) dV, with its pressure half-way through the step, so that the total energy
 is a check. It shares nothing with particles. What it prints: each quantity with 1000, 2000 and 4000 shells, the value
 that these tend to, and how far the finest is from that.
+
+    python tests/benchmarks/spherical_evrard.py --shells 200 --smoothed 3000 --tangential 0.2 --removed 1
+
+Viscosity as wide as a smoothing length of so many particles, whose stress along the sphere is that part of the radial
+one: -1/2 has no trace, and sums over approaching pairs have 0.2 (the square of the approach) to 1/3 (linear). --removed
+takes the isotropic part out of the pressure, up to so many times that pressure.
 """
 
 import argparse
@@ -17,21 +23,27 @@ import numpy as np
 
 GAMMA, OPENING_ENERGY, END, EVERY = 5.0 / 3.0, 0.05, 3.0, 1e-3
 QUADRATIC, LINEAR, COURANT, COMPRESSION = 2.0, 0.5, 0.25, 0.02
+DIFFUSION = 0.15  # of the time in which viscosity crosses a shell, where it is wider than one
+TRACELESS, ETA = -0.5, 1.1
 COLUMNS = ("kinetic_energy", "internal_energy", "gravitational_energy", "moment_of_inertia", "density_max")
 
 
-def collapse(shells: int, end: float = END, every: float = EVERY) -> tuple[np.ndarray, np.ndarray]:
+def collapse(
+    shells: int, end: float = END, every: float = EVERY, smoothed: float = np.inf, tangential: float = TRACELESS,
+    removed: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Times (T,) and what there is then (T, 5), by COLUMNS."""
     edges = np.linspace(0.0, 1.0, shells + 1)
-    return _collapse(edges**2, edges, end, every)
+    return _collapse(edges**2, edges, end, every, smoothed, tangential, removed)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _collapse(enclosed, r, end, every):
+def _collapse(enclosed, r, end, every, smoothed, tangential, removed):
     shells = len(r) - 1
     mass = np.diff(enclosed)
     v, energy = np.zeros(shells + 1), np.full(shells, OPENING_ENERGY)
     volume, viscous, rate = np.zeros(shells), np.zeros(shells), np.zeros(shells + 1)
+    even, old = np.zeros(shells), np.zeros(shells + 1)  # the isotropic part of the viscous stress
     for i in range(shells):
         volume[i] = 4 * np.pi / 3 * (r[i + 1] - r[i]) * (r[i + 1] ** 2 + r[i + 1] * r[i] + r[i] ** 2)
     rows = int(end / every + 0.5) + 1
@@ -47,7 +59,14 @@ def _collapse(enclosed, r, end, every):
             flow = r[i + 1] ** 2 * v[i + 1] - r[i] ** 2 * v[i]
             # Of the rate (v/r)' that homologous flow lacks; the innermost shell has none.
             sheared = i > 0 and jump < 0 and flow < 0 and v[i + 1] * r[i] < v[i] * r[i + 1]
-            viscous[i] = density * jump * (QUADRATIC * jump - LINEAR * sound) if sheared else 0.0
+            wider = max(ETA / (smoothed * density) ** (1.0 / 3.0) / width, 1.0)
+            across = wider * jump
+            stress = density * across * (QUADRATIC * across - LINEAR * sound) if sheared else 0.0
+            viscous[i] = 2.0 / 3.0 * (1.0 - tangential) * stress
+            even[i] = (1.0 + 2.0 * tangential) / 3.0 * stress
+            even[i] -= min(even[i], removed * (GAMMA - 1) * energy[i] * density)
+            if wider > 1.0 and sheared:
+                longest = min(longest, DIFFUSION * width / (wider * (LINEAR * sound - QUADRATIC * across)))
             longest = min(longest, COURANT * width / (sound + 4 * QUADRATIC * max(-jump, 0.0)))
             if flow != 0:
                 longest = min(longest, COMPRESSION * abs((r[i + 1] ** 3 - r[i] ** 3) / (3 * flow)))
@@ -59,9 +78,10 @@ def _collapse(enclosed, r, end, every):
         kick = 0.5 * (before + step)
         before = step
         rate[:] = v
+        old[:] = v
         for i in range(1, shells + 1):
-            inner = (GAMMA - 1) * energy[i - 1] * mass[i - 1] / volume[i - 1]
-            outer = (GAMMA - 1) * energy[i] * mass[i] / volume[i] if i < shells else 0.0
+            inner = (GAMMA - 1) * energy[i - 1] * mass[i - 1] / volume[i - 1] + even[i - 1]
+            outer = (GAMMA - 1) * energy[i] * mass[i] / volume[i] + even[i] if i < shells else 0.0
             around = 0.5 * (mass[i - 1] + mass[i]) if i < shells else 0.5 * mass[i - 1]
             below = (0.5 * (r[i - 1] + r[i])) ** 3 * viscous[i - 1]
             above = (0.5 * (r[i] + r[i + 1])) ** 3 * viscous[i] if i < shells else 0.0
@@ -73,6 +93,8 @@ def _collapse(enclosed, r, end, every):
             middle = 0.5 * (r[i] + r[i + 1])
             # As much as motion loses by it in this kick, whose mean velocities it takes.
             heat = -4 * np.pi * middle**3 * viscous[i] * kick * (rate[i + 1] - rate[i]) / mass[i]
+            closing = r[i + 1] ** 2 * (old[i + 1] + v[i + 1]) - r[i] ** 2 * (old[i] + v[i])
+            heat -= 2 * np.pi * even[i] * kick * closing / mass[i]
             a, b = r[i] + step * v[i], r[i + 1] + step * v[i + 1]
             new = 4 * np.pi / 3 * (b - a) * (b * b + b * a + a * a)
             squeeze = 0.5 * (GAMMA - 1) * (new - volume[i])
@@ -123,8 +145,16 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shells", type=int, nargs="+", default=[1000, 2000, 4000])
+    parser.add_argument(
+        "--smoothed", type=float, default=np.inf, help="particles whose smoothing lengths it is as wide as"
+    )
+    parser.add_argument(
+        "--tangential", type=float, default=TRACELESS, help="stress along the sphere over the radial one"
+    )
+    parser.add_argument("--removed", type=float, default=0.0, help="of its isotropic part, in units of the pressure")
     options = parser.parse_args()
-    columns = [figures(*collapse(shells)) for shells in options.shells]
+    wide = options.smoothed, options.tangential, options.removed
+    columns = [figures(*collapse(shells, END, EVERY, *wide)) for shells in options.shells]
     print(f"{'quantity':38}", *(f"{shells:>10}" for shells in options.shells), f"{'limit':>10}")
     for name in columns[0]:
         values = [figure[name] for figure in columns]
