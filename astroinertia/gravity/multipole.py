@@ -16,6 +16,7 @@ from astroinertia.engines.together import ALONE, Alone
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.clamped_points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.expansions import expansions, harmonic, indices, padded_moments
+from astroinertia.gravity.near_leaves import near_leaves
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.sph.kernels import KERNELS
 
@@ -174,11 +175,11 @@ class _Particles:
 
     def softening(self, kernel: str) -> tuple[np.ndarray, np.ndarray]:
         """What softening changes about those."""
-        position, length = (self.position - self.origin) * self.scale, self.smoothing_length * self.scale
-        engine = Engine(self.precision, self.threads, together=self.together)
-        order, arrangement = engine.arrange(position, length)
-        fields = {"mass": self.mass * self.mass_scale, "position": position, "smoothing_length": length}
-        fields = {name: array[order] for name, array in fields.items()}
+        order, engine = self.nodes.order, Engine(self.precision, self.threads, together=self.together)
+        position = ((self.position - self.origin) * self.scale)[order]
+        length = (self.smoothing_length * self.scale)[order]
+        arrangement = near_leaves(self.nodes, position, length, float(KERNELS[kernel].support), self.threads)
+        fields = {"mass": (self.mass * self.mass_scale)[order], "position": position, "smoothing_length": length}
         near = engine.neighbour_sums(arrangement, kernel, (SOFTENED_LESS_POINT,), fields)["gravity"]
         acceleration, potential = np.empty((len(order), 3)), np.empty(len(order))
         acceleration[order], potential[order] = near["acceleration"], near["potential"]

@@ -5,6 +5,7 @@ import pytest
 
 from astroinertia.gravity import clamped_points as points, multipole
 from astroinertia.gravity.direct import direct_pair
+from astroinertia.gravity.near_leaves import near_leaves
 from astroinertia.gravity.tree import tree
 from astroinertia.sph.kernels import KERNELS
 
@@ -61,6 +62,28 @@ def test_nodes_of_a_tree_hold_their_childrens_particles_and_nothing_depends_on_t
     assert sorted(np.concatenate([np.arange(count)[one.first[t] : one.last[t]] for t in one.task])) == list(
         range(count)
     )
+
+
+@pytest.mark.slow
+def test_leaves_of_the_tree_list_all_that_reach_their_particles():
+    _, position, length = clustered(700)
+    nodes, support = tree(position, leaf_size=5), 2.0
+    position, length = position[nodes.order], length[nodes.order]
+    apart = np.linalg.norm(position[:, None] - position, axis=2)
+    within = apart < support * np.maximum(length[:, None], length)
+    alone, arrangement = [near_leaves(nodes, position, length, support, threads) for threads in (1, 2)]
+    listed, start = arrangement.lists, arrangement.leaves.start
+    assert (
+        start[-1] == 700 and arrangement.leaves.count % 2 == 0 and len(listed.targets.leaves) == sum(nodes.child == 0)
+    )
+    sizes = []
+    for leaf in listed.targets.leaves:
+        near, same = [each.pool[each.offset[leaf] :][: each.count[leaf]] for each in (listed, alone.lists)]
+        assert np.array_equal(near, same) and np.all(np.diff(near) > 0)
+        wanted = np.flatnonzero(within[start[leaf] : start[leaf + 1]].any(axis=0))
+        assert np.isin(wanted, near).all()
+        sizes.append((len(wanted), len(near)))
+    assert np.divide(*np.sum(sizes, axis=0)) > 0.4  # and not many more: boxes have corners
 
 
 def net_force(mass, acceleration):
