@@ -9,7 +9,8 @@ import hypothesis
 import pytest
 
 from astroinertia.process import kept_programs
-from tests import full_results
+from astroinertia.sph import rung_costs
+from tests import few_with_steps, full_results
 from tests.full_results import FullResult
 
 HERE = Path(__file__).parent
@@ -89,6 +90,13 @@ def _resident_size():
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
     except OSError:
         return float("inf")
+
+
+@pytest.fixture
+def steps_differ(monkeypatch):
+    """Few particles have steps of their own where many would (tests/few_with_steps.py)."""
+    for name, value in few_with_steps.CHOICE.items():
+        monkeypatch.setattr(rung_costs, name, value)
 
 
 @pytest.fixture

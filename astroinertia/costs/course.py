@@ -156,8 +156,8 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
     if numerics.max_timestep is not None:
         longest = np.minimum(longest, float(units.to_code(numerics.max_timestep, "time")))
     step = np.minimum(limits.shortest, longest)
-    finest = _rungs_that_pay(limits.below, step)  # and a base step is two of the longest interval where there are any
-    base = np.minimum(np.where(finest > 0.0, 2.0, 1.0) * step * 2.0**finest, longest)
+    finest = _rungs_that_pay(limits.below, step, scene.body.particles or 0)
+    base = np.minimum(np.where(finest > 0.0, 2.0**rung_costs.BEYOND, 1.0) * step * 2.0**finest, longest)
     interval = base / 2.0 ** np.ceil(np.log2(base / step) - 1e-9)  # one that is cut short is still in powers of two
 
     def counted(step: np.ndarray, each: np.ndarray | float = 1.0) -> np.ndarray:
@@ -171,11 +171,13 @@ def _done_of(scene: Scene, stirred: bool) -> Done | None:
     return Done(counted(step), counted(base), counted(interval), looked, crowding, counted(step, each), alike)
 
 
-def _rungs_that_pay(below: np.ndarray, step: np.ndarray) -> np.ndarray:
+def _rungs_that_pay(below: np.ndarray, step: np.ndarray, particles: int) -> np.ndarray:
     """How many rungs there are below the longest interval, (K,), with limits that PARTS of the matter are below."""
     above = np.floor(np.log2(np.clip(below / step, 1.0, 2.0**DEEPEST)) + 1e-9).astype(np.int64)
     kinds, kind = np.unique(above, axis=1, return_inverse=True)  # few, of thousands of moments
-    return np.array([rung_costs.that_pay(np.bincount(powers)) for powers in kinds.T], float)[kind.reshape(-1)]
+    each = particles / len(below)
+    found = [rung_costs.that_pay(each * np.bincount(powers), rung_costs.BEYOND, DEEPEST) for powers in kinds.T]
+    return np.array(found, float)[kind.reshape(-1)]
 
 
 def _mean(of: np.ndarray | float, weight: np.ndarray, times: np.ndarray) -> float:

@@ -11,38 +11,52 @@ Array = Any
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
-END = 0.05  # what an end of an interval costs, however few are active: all particles drift
-PAYS = 1.45  # how many times cheaper several rungs must be than one: they take more time than evaluations, and err more
+END = 0.03  # what an end of an interval costs, however few are active: all particles drift
+# What takes as long however few particles there are, in evaluations of one, of about 5 us: a global step, the beginning
+# and the end of a base step, and an end of an interval within it (tests/benchmarks/results/individual_steps.md).
+STEP, BEGUN, ENDED = 400.0, 1000.0, 450.0
+BEYOND = 1  # powers of two that a base step is longer than the longest interval, where nothing acts with base steps
+PAYS = 1.1  # how many times cheaper several rungs must be than global steps: limits change, and pairs err more
+# How many times more they must be by limits of which neighbours' do not agree yet: of Evrard's 3000 particles, 1 of 38
+# base steps was split that promised less. To make them agree takes a fifth of a global step.
+AGREED = 1.2
 
 
-def that_pay(counts: Array) -> int:
-    """How many rungs below the longest interval cost least; 0 where several hardly cost less than one.
+def that_pay(counts: Array, beyond: int, most: int, agreed: bool = True) -> int:
+    """How many rungs below the longest interval cost least; 0 where several hardly cost less than global steps.
 
-    counts: of particles by the power of two that their limit is above the shortest. The pressures of a pair of two
-    intervals act over the longer one, and those that they balance do not: so short steps for half of a star save a
-    third of the evaluations, and shift its balance by 0.2 % of its radius.
+    counts: of particles by the power of two that their limit is above the shortest; beyond: powers of two that a base
+    step is longer than the longest interval; most: of them from the shortest limit to the longest base step;
+    agreed: whether neighbours' limits agree. The pressures of a pair of two intervals act over the longer one, and
+    those that they balance do not: so short steps for half of a star save a third of the evaluations, and shift its
+    balance by 0.2 % of its radius.
     """
-    costs = [cost(counts, finest) for finest in range(len(counts))]
-    best = int(np.argmin(costs))
-    return best if costs[0] >= PAYS * costs[best] else 0
+    costs = [cost(counts, finest, min(beyond, most - finest)) for finest in range(1, min(len(counts), most + 1))]
+    best = int(np.argmin(costs)) if costs else 0
+    least = PAYS if agreed else PAYS * AGREED
+    return best + 1 if costs and least * costs[best] <= of_global_step(counts.sum()) else 0
 
 
-def cost(counts: Array, finest: int) -> float:
-    """The cost of a unit of time with so many rungs below the base step, in evaluations of a particle.
+def of_global_step(particles: float) -> float:
+    """The cost of a global step, in evaluations of a particle."""
+    return STEP + particles
 
-    counts: of particles by the power of two that their limit is above the shortest. An evaluation is of sums over
-    neighbours, one for each interval, and of sums over nested sets, each computed again where particles have changed
-    sides.
+
+def cost(counts: Array, finest: int, beyond: int) -> float:
+    """The cost of the shortest interval with so many rungs below the longest one, in evaluations of a particle.
+
+    counts, beyond: as of that_pay. An evaluation is of sums over neighbours, one for each interval, and of sums over
+    nested sets, each computed again where particles have changed sides.
     """
     by_rung = np.append(counts[:finest], counts[finest:].sum())[::-1]
-    return of_base_step(by_rung) / 2.0**finest
+    return of_base_step(np.append(np.zeros(beyond), by_rung)) / 2.0 ** (finest + beyond)
 
 
 def of_base_step(counts: Array) -> float:
     """The cost of a base step with so many particles in each rung, (K,), in evaluations of a particle."""
     within = np.cumsum(counts[::-1])[::-1].astype(float)  # those of this rung or a finer one
-    total = (1.0 + FAR + BASE) * within[0]
+    total = BEGUN + (1.0 + FAR + BASE) * within[0]
     for k in range(1, len(counts)):
         apart = 1.0 if within[k] < within[k - 1] else 0.5  # half of its sums are those over the set around it
         total += (0.5 + apart * CHANGED * FAR) * 2.0**k * within[k]  # half of its ends are of longer ones, too
-    return total + END * within[0] * 2.0 ** (len(counts) - 1)
+    return total + (ENDED + END * within[0]) * 2.0 ** (len(counts) - 1)

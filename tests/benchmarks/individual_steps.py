@@ -3,10 +3,11 @@
     python tests/benchmarks/individual_steps.py --scene encounter --particles 30000 --keep
 
 collapse: Evrard's, through its bounce. encounter: a gaseous star passes a small one of a thousandth of its volume and
-more, whose particles need far shorter steps. Both kinds of steps take turns, so that other work on the machine falls on
-both; compilation, placing and records are apart. Ideal: N 2^k / sum 2^(k_i), of the rungs as they change, with k the
-finest at each moment, even if it is that of a single particle. Saved: what the global steps evaluated over what the
-individual ones did.
+more, whose particles need far shorter steps. bounce: sims/core_collapse.toml from before nuclear density until after,
+with base steps as long as limits allow (its own are short for the sake of records). Both kinds of steps take turns, so
+that other work on the machine falls on both; compilation, placing and records are apart. Ideal: N 2^k / sum 2^(k_i), of
+the rungs as they change, with k the finest at each moment, even if it is that of a single particle. Saved: what the
+global steps evaluated over what the individual ones did.
 """
 
 import argparse
@@ -32,6 +33,7 @@ from astroinertia.sph.placement import place
 
 SHARES = ("share", "share_saved", "share_processor", "share_saved_processor")  # shown as percentages
 TURNS = 8  # of either kind of steps in the interval
+SIMS = Path(__file__).parents[2] / "sims"
 INDEX = 1.5  # of both stars
 SMALL_MASS, SMALL_RADIUS = 0.03, 0.01  # of the other star, in units of the first
 DISTANCE, PERICENTRE = 1.5, 1.2  # of a parabolic passage, in radii of the first star
@@ -84,6 +86,16 @@ def collapse(particles: int, *settings: str) -> Particles:
     return cloud(particles, "mixed", *settings, placement="glass")
 
 
+def bounce(particles: int, *settings: str) -> Particles:
+    """The core of sims/core_collapse.toml, whose base steps nothing but its limits keep short."""
+    text = (SIMS / "core_collapse.toml").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("free_fall_factor")]
+    scene = load.loads("\n".join(lines), [f"body.particles={particles}", *settings])
+    body = prepare(scene).evolution
+    assert isinstance(body, Particles)
+    return body
+
+
 @dataclass
 class Course:
     """A run under way, and what it took."""
@@ -113,6 +125,7 @@ class Course:
 SCENES: dict[str, tuple[Callable[..., Particles], int, float, float]] = {
     "collapse": (collapse, 10_000, 0.0, 1.1),
     "encounter": (encounter, 30_000, 0.0, 0.06),
+    "bounce": (bounce, 3000, 0.205, 0.214),
 }
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import astroinertia.accuracy.running  # before the forks, which share what is imported
 from astroinertia.storage import manifest
+from tests.few_with_steps import split_few
 
 
 def live(scene: str, settings: list[str], folder: Path) -> None:
@@ -26,6 +27,7 @@ def live(scene: str, settings: list[str], folder: Path) -> None:
 
 def main() -> None:
     scene, *settings = sys.argv[1:]
+    split_few()
     while line := sys.stdin.readline():
         child = os.fork()
         if child == 0:

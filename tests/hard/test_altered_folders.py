@@ -10,6 +10,8 @@ import pytest
 from tests.hard.altered_folders import SCENES, altered_folders, stopped_folders
 from tests.hard.reading import Reading
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 QUICK = ("individual", "sinks", "rigid", "scaling")  # without those that compile for seconds
 INPUTS = ["tests/hard/altered_folders.py", "tests/hard/malformed_files.py", "tests/hard/malformed_child.py"]
 

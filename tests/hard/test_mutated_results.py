@@ -11,6 +11,8 @@ from astroinertia.scene import load
 from tests.hard.altered_folders import SCENES
 from tests.hard.reading import Reading
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 # Blocks of names and attributes, of the places of chunks, and of references: how far each is mutated.
 UNCHECKED = {b"FHDB": 4096, b"TREE": 600, b"GCOL": 2000, b"FHIB": 200}
 INPUTS = ["tests/hard/altered_folders.py", "tests/hard/malformed_child.py"]

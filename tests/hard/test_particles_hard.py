@@ -12,6 +12,8 @@ from astroinertia.scene import load
 from astroinertia.verify.hard import CASES
 from astroinertia.verify.hard.case import BARS, tried
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 # Those that share the engine's programs with each other.
 SHARED = [
     name for name, case in CASES.items() if not (case.own_program or case.long or name.startswith("float32 pairs"))

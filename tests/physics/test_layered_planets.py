@@ -12,6 +12,8 @@ from astroinertia.models.sph.record import energy_budget, snapshot_record
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 SCENE = Path(__file__).parents[2] / "sims" / "rocky_planet.toml"
 UNSETTLED = ["body.particles=200", "body.relax=false"]
 

@@ -6,6 +6,8 @@ import pytest
 import astroinertia
 from astroinertia.scene import load
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 NOTHING = """
 name = "nothing"
 units = "code"

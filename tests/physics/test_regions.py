@@ -17,6 +17,8 @@ from astroinertia.scene import load
 from astroinertia.units import DIMENSIONLESS
 from tests.evolve import prepared
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 SCENE = """
 name = "parts"
 units = "code"

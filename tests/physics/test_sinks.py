@@ -18,6 +18,8 @@ from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from tests.evolve import prepared, reached
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 NAME = 'name = "sinks"\nunits = "code"\n'
 PHYSICS = """
 [equation_of_state]

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
 SWIFT = BENCHMARKS / "results" / "standard_tests.json"
 

@@ -17,6 +17,8 @@ from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import code_units, plan
 from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 K, SPEED, END, STEP = 0.3, 1.5, 1.0, 0.02
 SCENE = f"""
 name = "free_fall_through_a_medium"

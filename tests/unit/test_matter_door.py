@@ -22,6 +22,8 @@ from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 P0, RHO0, A = 0.3, 0.24, 0.2
 BODY = """
 name = "cloud"

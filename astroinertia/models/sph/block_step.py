@@ -31,12 +31,12 @@ from astroinertia.models.sph.evaluate import Sums, add_sums
 from astroinertia.models.sph.intervals import NEIGHBOURS, merged, rungs
 from astroinertia.models.sph.limits import shortest, total_acceleration, towards
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State
+from astroinertia.sph import rung_costs
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
 RINGS = 16  # of neighbours over which limits are made to agree before a base step
 ACTIVATED = 4.0  # a particle is activated where its interval is longer than this times a neighbour's limit
-BEYOND = 1  # powers of two that a base step is longer than the longest interval, where nothing acts with base steps
 SORTED = 4  # particles may be sorted again where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 KEPT = 1.1  # an interval goes on where it is longer than its limit by less than this
@@ -81,14 +81,15 @@ def step(
     rung: (N,) those with which it lasts until then; None where limits decide.
     """
     limits, remaining = own_limits(problem, state.rates), until - float(state.time)
+    beyond = 0 if _act_with_base(problem) else rung_costs.BEYOND
     # Nor do several rungs pay with limits that are agreed on, which are closer together.
-    if rung is not None or intervals.rungs_that_pay(limits):
+    if rung is not None or intervals.rungs_that_pay(limits, beyond, min(remaining, longest), agreed=False):
         lists = evaluate.listed(problem, arrangement.pairs, state)
         moving = state.position, state.rates.fluid.velocity, state.smoothing_length
         apart = _contacts(problem, *moving, min(remaining, longest, float(np.max(limits))))
         limits = agreed_limits(problem, lists, state, np.minimum(limits, apart))
         if rung is None:
-            base, rung = intervals.base_step(limits, remaining, 0 if _act_with_base(problem) else BEYOND, longest)
+            base, rung = intervals.base_step(limits, remaining, beyond, longest)
         else:
             base = towards(remaining, longest)
         if rung.any():  # type: ignore[union-attr]

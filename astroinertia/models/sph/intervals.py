@@ -63,28 +63,49 @@ class Clock:
 def base_step(limits: Array, remaining: float, beyond: int = 0, longest: float = np.inf) -> tuple[float, Array]:
     """The base step that costs least, a power of two times the shortest limit (N,) where it can be, and rungs (N,).
 
-    Limits are taken less a margin where there are several rungs. A base step then is by `beyond` powers of two longer
-    than the longest interval: what it takes to begin with one is paid less often. remaining: until a time that is to be
-    met; longest: no base step is longer, but nothing has to be met then.
+    All rungs are 0 where global steps cost less. Limits are taken less a margin where there are several rungs. A base
+    step then is by `beyond` powers of two longer than the longest interval: what it takes to begin with one is paid
+    less often. remaining: until a time that is to be met; longest: no base step is longer, but nothing has to be met
+    then.
     """
-    finest = rungs_that_pay(limits)
-    margin, longer = (MARGIN, beyond) if finest else (1.0, 0)
-    within = margin * limits
-    shortest = float(np.min(within))
-    wanted = min(shortest * 2.0 ** (finest + longer), longest)
-    lengths = in_equal_parts(remaining, wanted)
-    if not len(lengths):
-        powers = shortest * 2.0 ** np.arange(finest + longer + 1)
-        lengths = [wanted, *powers[powers < wanted][-POWERS:]]
-    splits = [(base, merged(rungs(within, base), 0)) for base in lengths]
-    costs = [rung_costs.of_base_step(np.bincount(rung)) / base for base, rung in splits]
-    return splits[int(np.argmin(costs))]
+    finest = rungs_that_pay(limits, beyond, min(remaining, longest))
+    alike = min(remaining, longest, float(np.min(limits))), np.zeros(len(limits), np.int64)
+    if not finest:
+        return alike
+    within = MARGIN * limits
+    powers = float(np.min(within)) * 2.0 ** np.arange(finest + beyond + 1)
+    wanted = min(float(powers[-1]), longest)
+    lengths = [*in_equal_parts(remaining, wanted), *([wanted] if wanted < remaining else [])]
+    lengths += list(powers[powers < min(wanted, remaining)][-POWERS:])
+
+    def split(base: float) -> tuple[Array, float]:
+        rung = merged(rungs(within, base), 0)
+        return rung, rung_costs.of_base_step(np.bincount(rung))
+
+    def cost(base: float) -> float:
+        # Of a time: what remains after the last whole base step is one by itself.
+        if remaining > FEW * wanted:
+            return split(base)[1] / base
+        whole = np.floor(remaining / base * (1.0 + 1e-12))
+        rest = remaining - whole * base
+        return (whole * split(base)[1] + (split(rest)[1] if rest > 1e-9 * base else 0.0)) / remaining
+
+    costs = [cost(base) for base in lengths]
+    if min(1.0, rung_costs.PAYS) * min(costs) > rung_costs.of_global_step(len(limits)) / np.min(limits):
+        return alike
+    base = lengths[int(np.argmin(costs))]
+    return base, split(base)[0]
 
 
-def rungs_that_pay(limits: Array) -> int:
-    """How many rungs below the longest interval cost least with limits (N,); 0 where several hardly cost less."""
+def rungs_that_pay(limits: Array, beyond: int, longest: float, agreed: bool = True) -> int:
+    """How many rungs below the longest interval cost least with limits (N,); 0 where several hardly cost less.
+
+    beyond: powers of two that a base step is longer than that interval; longest: no base step is longer;
+    agreed: whether neighbours' limits agree.
+    """
+    most = int(np.clip(np.log2(longest / (MARGIN * np.min(limits))) + 1e-9, 0.0, DEEPEST))
     above = np.floor(np.log2(limits / np.min(limits)) + 1e-9).astype(np.int64)
-    return rung_costs.that_pay(np.bincount(np.minimum(above, DEEPEST)))
+    return rung_costs.that_pay(np.bincount(np.minimum(above, DEEPEST)), beyond, most, agreed)
 
 
 def in_equal_parts(remaining: float, base: float) -> list[float]:

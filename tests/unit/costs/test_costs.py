@@ -546,8 +546,12 @@ def test_base_steps_are_twice_the_longest_interval_where_several_pay():
     step = np.ones(2)
     few, half = np.full((20, 2), 17.0), np.full((20, 2), 2.5)
     few[0], half[:10] = 1.0, 1.0
-    assert course._rungs_that_pay(few, step).tolist() == [4.0, 4.0]
-    assert course._rungs_that_pay(np.stack([few[:, 0], half[:, 0]], axis=1), step).tolist() == [4.0, 0.0]
+    assert course._rungs_that_pay(few, step, 10_000).tolist() == [4.0, 4.0]
+    assert course._rungs_that_pay(np.stack([few[:, 0], half[:, 0]], axis=1), step, 10_000).tolist() == [4.0, 0.0]
+    fifth = np.full((20, 2), 4.5)
+    fifth[:4] = 1.0
+    assert course._rungs_that_pay(fifth, step, 10_000).tolist() == [2.0, 2.0]
+    assert course._rungs_that_pay(fifth, step, 300).tolist() == [0.0, 0.0]  # ends of intervals take too long
 
 
 # Runs

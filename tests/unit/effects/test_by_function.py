@@ -15,6 +15,8 @@ from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import plan
 from tests.plugin_example import EXAMPLE, stopped_at
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 ROOT = Path(__file__).parents[3]
 K, SPEED, END = 0.3, 1.5, 0.4
 SCENE = f"""

@@ -20,6 +20,8 @@ from astroinertia.scene.load import loads
 from tests.ball import ball, state_of
 from tests.pairs import pair_sums
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 FALLING_IN = """
 name = "falling_in"
 units = { mass = "1 Msun", length = "1 Rsun" }

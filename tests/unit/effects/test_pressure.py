@@ -20,6 +20,8 @@ from astroinertia.models.sph.step import step
 from astroinertia.scene import load
 from tests.ball import ball, state_of
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 INTEGRAL = build("pressure", {"gradients": "integral"})
 KERNEL = build("pressure", {})
 

@@ -18,6 +18,8 @@ from astroinertia.storage.archive import Archive
 from tests.plugin_example import stopped_at
 from tests.unit.run.test_extend import DROP, ROOT, STAR, WHEEL, opened
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 ADDED = ["effects.damping.time_scale=0.5", "time.end=0.8"]
 
 

@@ -11,6 +11,8 @@ from astroinertia.errors import RunInterrupted, SceneError
 from astroinertia.scene.load import loads
 from tests.plugin_example import stopped_at
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 STAR = """
 name = "star"
 units = "code"

@@ -14,6 +14,8 @@ from astroinertia.run.meter import Meter
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 EVERY, SNAPSHOTS, END = 0.07, 0.11, 0.5  # none of them a multiple of a step, the end of neither cadence
 PARTICLES = ["body.particles=100", "body.placement=random", "numerics.precision=float64"]
 ONE_OF_EACH = {

@@ -14,6 +14,8 @@ from astroinertia.models.sph.evolution import Particles
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 SCENE = """
 name = "box"
 units = "code"

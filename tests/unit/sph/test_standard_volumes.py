@@ -18,6 +18,8 @@ from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 SCENE = Path(__file__).parents[3] / "sims" / "rocky_planet.toml"
 SHARP = "equation_of_state.boundary_pressure='0 GPa'"
 PLANET = ["body.particles=200", "body.relax=false"]

@@ -5,6 +5,9 @@ import pytest
 
 from astroinertia.errors import NumericalError
 from astroinertia.models.sph.intervals import DEEPEST, Clock, base_step, merged, rungs, rungs_that_pay, weighted_sets
+from astroinertia.sph import rung_costs
+
+MANY = 1000  # of each particle: a step of a hundred takes mostly what does not depend on them
 
 
 def test_a_rung_is_the_coarsest_whose_interval_is_within_the_limit() -> None:
@@ -41,16 +44,17 @@ def test_the_last_interval_as_a_base_step() -> None:
     ],
 )
 def test_the_base_step(limits: list[float], remaining: float, base: float) -> None:
-    found, rung = base_step(np.array(limits), remaining)
+    each = np.repeat(limits, MANY)
+    found, rung = base_step(each, remaining)
     assert found == pytest.approx(base, rel=1e-15)
-    assert (found / 2.0**rung <= np.array(limits)).all()
+    assert (found / 2.0**rung <= each).all()
 
 
-@pytest.mark.parametrize(("short", "finest"), [(60, 0), (50, 0), (40, 0), (20, 1), (5, 1)])
+@pytest.mark.parametrize(("short", "finest"), [(60, 0), (40, 0), (20, 0), (5, 1)])
 def test_several_rungs_are_for_where_few_particles_need_short_intervals(short: int, finest: int) -> None:
-    """Of 100, `short` need half the interval of the others: splitting is to save a third, not a few percent."""
-    limits = np.array([1.0] * short + [2.1] * (100 - short))
-    assert rungs_that_pay(limits) == finest
+    """Of 100, `short` need half the interval of the others: what base steps and nested sets take is to be saved too."""
+    limits = np.repeat([1.0] * short + [2.1] * (100 - short), MANY)
+    assert rungs_that_pay(limits, 1, 100.0) == finest
     base, rung = base_step(limits, 100.0, 1)
     assert base == pytest.approx(0.95 * 4.0 if finest else 1.0, rel=1e-15)
     assert rung.any() == bool(finest)
@@ -58,17 +62,27 @@ def test_several_rungs_are_for_where_few_particles_need_short_intervals(short: i
 
 def test_a_base_step_may_be_longer_than_every_interval() -> None:
     """All are then evaluated at each end of a rung above the base step, which begins less often."""
-    base, rung = base_step(np.array([1.0] + [5.0] * 99), 100.0, 2)
+    base, rung = base_step(np.repeat([1.0] + [5.0] * 99, MANY), 100.0, 2)
     assert base == pytest.approx(15.2, rel=1e-15)
-    assert rung.tolist() == [4] + [2] * 99
+    assert rung[::MANY].tolist() == [4] + [2] * 99
 
 
-def test_equal_parts_of_a_time_suit_the_limits() -> None:
-    """One part of 24 shortest intervals would take 32 of them, as they come in powers of two; 3 parts take 24."""
-    limits = np.array([1.0] * 50 + [40.0] * 50) / 0.95
-    base, rung = base_step(limits, 24.0)
-    assert 24.0 / base == pytest.approx(3.0, rel=1e-12)
-    assert rung.tolist() == [3] * 50 + [0] * 50
+def test_a_base_step_need_not_be_an_equal_part_of_what_remains() -> None:
+    """Of 131 shortest intervals one part would take 256; 128, and then what is left, take 132."""
+    limits = np.repeat([1.0] * 10 + [1000.0] * 90, MANY) / 0.95
+    base, rung = base_step(limits, 131.0)
+    assert base == pytest.approx(128.0, rel=1e-12)
+    assert rung[::MANY].tolist() == [7] * 10 + [0] * 90
+
+
+def test_ends_of_intervals_of_few_particles_cost_as_much_as_particles() -> None:
+    """Of 1e4 particles a quarter of the interval pays for a fifth; of 300 an end takes half as long as all of them."""
+    shares = np.array([60, 0, 240])
+    assert rung_costs.that_pay(shares * 33.0, 1, 40) == 2
+    assert rung_costs.that_pay(shares * 33.0, 1, 1) == 0  # of base steps as short as two of the shortest intervals
+    assert rung_costs.that_pay(shares, 1, 40) == 0
+    limits = np.repeat([1.0, 4.5], [60, 240])
+    assert base_step(limits, 100.0, 1)[0] == 1.0 and not base_step(limits, 100.0, 1)[1].any()
 
 
 def test_few_particles_do_not_make_another_nested_set() -> None:
@@ -102,7 +116,7 @@ def test_nested_sets_weigh_every_pair_by_the_longer_of_its_two_intervals() -> No
 )
 def test_a_longest_base_step_is_no_time_to_be_met(longest: float, base: float, ends: int) -> None:
     """Equal parts of it would be: intervals far shorter than the limits. Below it powers of two suit these."""
-    limits = np.array([1.0] * 10 + [8.0] * 90)
+    limits = np.repeat([1.0] * 10 + [8.0] * 90, MANY)
     found, rung = base_step(limits, 1e3, 1, longest)
     assert found == pytest.approx(base, rel=1e-12)
     assert 2 ** rung.max() == ends

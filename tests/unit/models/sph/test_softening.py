@@ -18,6 +18,8 @@ from astroinertia.scene.load import loads
 from astroinertia.scene.plan import plan
 from tests.ball import ball, state_of
 
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
 RATIO = 1e-6  # of the masses of planets to that of their star
 SOFTENING = 0.05
 SCENE = """
