@@ -147,7 +147,7 @@ def test_states_and_accelerations_are_in_si(tmp_path) -> None:
     assert "the function" in ds.attrs["own_effects"] and "wind" in ds.attrs["own_effects"]
 
 
-@pytest.mark.parametrize("integrator", ["adaptive", "splitting"])
+@pytest.mark.parametrize("integrator", ["splitting", pytest.param("adaptive", marks=pytest.mark.full)])
 def test_a_torque_by_a_function_is_that_of_an_effect(tmp_path, integrator) -> None:
     def spin_up(state: Any) -> Any:
         return state.attitude.T @ np.array([0.3, 0.0, 0.5])
@@ -204,7 +204,7 @@ WRONG = [
 CASES = [
     *((SCENE, [], *wrong) for wrong in WRONG),
     pytest.param(SCENE, ['numerics.engine="xla"'], *WRONG[2], marks=pytest.mark.slow),
-    (RIGID, ["output.series_every='0.1 s'"], *WRONG[2]),
+    pytest.param(RIGID, ["output.series_every='0.1 s'"], *WRONG[2], marks=pytest.mark.full),
     (RIGID, ["output.series_every='0.1 s'"], lambda zero: zero + 3.0 * u.km, r"; its state has plain numbers in SI\.$"),
 ]
 
