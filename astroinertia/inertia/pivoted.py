@@ -33,7 +33,7 @@ def pendulum_length(body: Body, pivot: Array, axis: Array = (0.0, 1.0, 0.0)) -> 
     return body.moment(axis, pivot) / (body.mass * _arm(xp, body, pivot, axis))
 
 
-@with_quantities(pivot="m")
+@with_quantities(pivot="m", amplitude="rad")
 def pendulum_period(
     body: Body,
     pivot: Array,

@@ -164,7 +164,7 @@ def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_rat
     return (3 + poisson_ratio) / 8 * density * (rate * radius) ** 2
 
 
-@with_quantities()
+@with_quantities(strength="Pa")
 def bursting_rate(strength: Array, density: Array, radius: Array, poisson_ratio: Array = 0.3) -> Array:
     """The rate w at which `spinning_disc_stress` reaches the strength of the material: no disc of it stores more.
 

@@ -28,7 +28,7 @@ DISC_COEFFICIENT = 0.52
 ELECTRON_OPACITY = 0.0397726  # m2 kg-1 of ionised hydrogen, Thomson cross section over proton mass, CODATA 2022
 
 
-@with_quantities()
+@with_quantities(field="T")
 def magnetospheric_radius(
     field: Array,
     accretion_rate: Array,
@@ -59,7 +59,7 @@ def corotation_radius(period: Array, mass: Array = MASS) -> Array:
     return (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (positive_period(period) / (2 * math.pi)) ** 2) ** (1 / 3)
 
 
-@with_quantities()
+@with_quantities(field="T")
 def equilibrium_period(
     field: Array,
     accretion_rate: Array,
@@ -81,7 +81,7 @@ def equilibrium_period(
     return 2 * math.pi * np.sqrt(edge**3 / (GRAVITATIONAL_CONSTANT * np.asarray(mass))) / fastness
 
 
-@with_quantities()
+@with_quantities(field="T")
 def accretion_torque(
     field: Array,
     accretion_rate: Array,
@@ -98,7 +98,7 @@ def accretion_torque(
     return np.asarray(accretion_rate) * np.sqrt(GRAVITATIONAL_CONSTANT * np.asarray(mass) * edge)
 
 
-@with_quantities()
+@with_quantities(field="T")
 def spun_up_rate(
     time: Array,
     angular_velocity: Array,
@@ -124,7 +124,7 @@ def spun_up_rate(
     return end + (np.asarray(angular_velocity) - end) * np.exp(-np.asarray(time, dtype=float) / scale)
 
 
-@with_quantities()
+@with_quantities(field="T")
 def mass_to_spin_up(
     period: Array,
     field: Array,

@@ -66,7 +66,7 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
     raise NumericalError(f"the strength of the resonance is not found at an eccentricity of {eccentricity}")
 
 
-@with_quantities()
+@with_quantities(precession_constant="rad/s")
 def critical_node_rate(precession_constant: float, inclination: float) -> float:
     """|node rate| above which states 1 and 4 are gone, alpha/(sin^(2/3) i + cos^(2/3) i)^(3/2), rad s-1.
 
@@ -79,7 +79,7 @@ def critical_node_rate(precession_constant: float, inclination: float) -> float:
     return precession_constant / (abs(np.sin(inclination)) ** (2 / 3) + abs(np.cos(inclination)) ** (2 / 3)) ** 1.5
 
 
-@with_quantities()
+@with_quantities(precession_constant="rad/s")
 def cassini_states(precession_constant: float, node_rate: float, inclination: float) -> tuple[CassiniState, ...]:
     """The two or four Cassini states of a free spin, by their numbers; rates in rad s-1, inclination to k in rad.
 

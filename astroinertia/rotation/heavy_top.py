@@ -119,7 +119,7 @@ def heavy_top(
         return HeavyTop(argument_start=start, modulus=modulus, **common)
 
 
-@with_quantities()
+@with_quantities(precession="rad", spin="rad")
 def attitude(top: HeavyTop, times: Array, precession: float = 0.0, spin: float = 0.0) -> np.ndarray:
     """The attitude (..., 3, 3) at times (...,): rows are the body's axes, the third its own, z is upwards.
 
@@ -159,7 +159,7 @@ def tilt(top: HeavyTop, times: Array) -> np.ndarray:
     return 2.0 * np.arctan2(abs(sine), abs(cosine))
 
 
-@with_quantities()
+@with_quantities(spin="rad")
 def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.ndarray:
     """The angular velocity (..., 3) in body axes at times (...,), with psi = spin at time 0.
 
@@ -226,7 +226,7 @@ def precession_rate(top: HeavyTop) -> float:
         return float(_mean_rates(top)[0])
 
 
-@with_quantities()
+@with_quantities(spin="rad/s")
 def steady_precession_rates(
     transverse_moment: float, axial_moment: float, torque: float, tilt: float, spin: float
 ) -> tuple[float, float]:

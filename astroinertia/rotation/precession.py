@@ -154,7 +154,7 @@ def geodesic_precession(
     return 1.5 * mean_motion**3 * a**2 / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
-@with_quantities()
+@with_quantities(companion_parameter="m3 s-2")
 def geodetic_precession_of_binary(
     orbital_period: Array, gravitational_parameter: Array, companion_parameter: Array, eccentricity: Array = 0.0,
     speed_of_light: float = SPEED_OF_LIGHT,
@@ -178,7 +178,7 @@ def geodetic_precession_of_binary(
     return n ** (5 / 3) * shape / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
-@with_quantities()
+@with_quantities(luni_solar_rate="rad/s", pole_rate="rad/s")
 def general_precession(luni_solar_rate: Array, obliquity: Array, pole_rate: Array) -> Array:
     """The rate of the equinox along the moving ecliptic, rad s-1: psi - chi cos(obliquity), chi = P/sin(obliquity).
 
@@ -230,7 +230,7 @@ def moment_ratio_from_rate(
     return unit / np.asarray(rate)
 
 
-@with_quantities()
+@with_quantities(parameter="m3 s-2", moon_parameters="m3 s-2", moon_axes="m")
 def moons_of_the_equator(
     parameter: float, radius: float, spin_rate: float, moon_parameters: Array, moon_axes: Array
 ) -> tuple[float, float]:

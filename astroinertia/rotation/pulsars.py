@@ -80,7 +80,7 @@ def dipole_field(
         return np.sqrt(squared * positive_period(period) * period_derivative)
 
 
-@with_quantities()
+@with_quantities(field="T")
 def dipole_period_derivative(
     period: Array,
     field: Array,
@@ -123,7 +123,7 @@ def light_cylinder_radius(period: Array) -> Array:
     return SPEED_OF_LIGHT * positive_period(period) / (2 * math.pi)
 
 
-@with_quantities()
+@with_quantities(field="T")
 def light_cylinder_field(field: Array, period: Array, radius: Array = CANONICAL_RADIUS) -> Array:
     """The field in T at the light cylinder, B (R/R_lc)^3 of a dipole.
 

@@ -11,6 +11,7 @@ import pytest
 from astropy import constants, units as u
 
 from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.inertia import shapes
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
@@ -122,6 +123,19 @@ SHOWN = {
         (np.diag([1.0, 2.0, 2.5]), 3.0), (np.diag([1.0, 2.0, 2.5]) * u.kg * u.m**2, 3e3 * u.g),
     ),
     "rotation.pulsars.characteristic_age": ((0.033, 4.2e-13), (33 * u.ms, 4.2e-13)),
+    "rotation.pulsars.dipole_period_derivative": ((0.033, 4e8), (33 * u.ms, 4e12 * u.G)),
+    "rotation.accretion.magnetospheric_radius": ((1e4, 1e14), (1e8 * u.G, 1e17 * u.g / u.s)),
+    "rotation.precession.geodetic_precession_of_binary": (
+        (9e3, 1.6e20, 1.7e20), (2.5 * u.h, 1.6e11 * u.km**3 / u.s**2, 1.7e11 * u.km**3 / u.s**2),
+    ),
+    "rotation.heavy_top.steady_precession_rates": (
+        (1.0, 2.0, 1.0, np.pi / 6, 50.0), (1.0, 2.0, 1.0, 30 * u.deg, 50 * u.rad / u.s),
+    ),
+    "inertia.rolling.bursting_rate": ((1e9, 8000.0, 0.5), (1 * u.GPa, 8 * u.g / u.cm**3, 50 * u.cm)),
+    "inertia.pivoted.pendulum_period": (
+        (shapes.rod(1.0, 1.5), (0, 0, 0.75)), (shapes.rod(1.0, 1.5), (0, 0, 0.75)),
+        {"amplitude": np.pi / 2}, {"amplitude": 90 * u.deg},
+    ),
     "rotation.spin_scaling.centrifugal_radius": ((1e15, 2e30), (1e19 * u.cm**2 / u.s, 2e27 * u.t)),
 }  # fmt: skip
 
