@@ -151,12 +151,10 @@ def _individual(costs: Pairs) -> Pairs:
     counts = BY_THEMSELVES, MANY
     for particles in counts:
         body = cloud(particles, numerics__precision="mixed", numerics__timesteps="individual")
-        tallies, step = [], body.base_step
-        body.base_step = lambda *arguments, step=step, tallies=tallies: _counted(step(*arguments), tallies)
-        body.advance(body.end)
-        ends, evaluations, taken = _of_base_steps(body, tallies, passes, body.end, 20)
-        shortest = 0.5 * float(body.state.rates.timestep)  # all particles have one interval
-        *_, least = _of_base_steps(body, tallies, passes, shortest, STEPS)
+        # An eighth of them next to each other with an eighth of the interval, whether that pays or not; all with one.
+        block, shortest = np.arange(particles) < particles // 8, float(body.state.rates.timestep)
+        ends, evaluations, taken = _of_base_steps(body, np.where(block, 3, 0), passes, 4.0 * shortest, 20)
+        *_, least = _of_base_steps(body, np.zeros(particles, np.int64), passes, 0.5 * shortest, STEPS)
         plain.append(least)
         further.append((ends - 1.0, evaluations - particles, less(taken, least)))
     matrix = np.array([row[:2] for row in further])
@@ -172,15 +170,18 @@ def _individual(costs: Pairs) -> Pairs:
 
 
 def _of_base_steps(
-    body: Any, tallies: list[Any], passes: Seconds, length: float, times: int
+    body: Any, rung: np.ndarray, passes: Seconds, length: float, times: int
 ) -> tuple[float, float, Seconds]:
-    """Of one base step no longer than `length`: ends of intervals, evaluations, and what it takes beside its passes."""
+    """Of a base step with those rungs: ends of intervals, evaluations, and what it takes beside its passes."""
+    tallies, step = [], body.base_step
+    body.base_step = lambda *arguments: _counted(step(*arguments, rung), tallies)
+    body.advance(body.time + length)
     tallies.clear()
     begin, evaluations, ends = now(), 0, 0
     while evaluations < min(EVALUATIONS, times * len(body.state.mass)):
         body.advance(min(body.end, body.time + length))
         evaluations, ends = (sum(getattr(tally, name) for tally in tallies) for name in ("evaluations", "ends"))
-    once = 1.0 / len(tallies)
+    body.base_step, once = step, 1.0 / len(tallies)
     return once * ends, once * evaluations, once * less(since(begin), evaluations * passes)
 
 
