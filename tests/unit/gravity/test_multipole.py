@@ -174,3 +174,25 @@ def test_few_particles_and_unknown_positions_come_to_an_end():
     position[17] = np.nan
     acceleration, _ = multipole.gravity(mass, position, length, "wendland_c2", 1e-4)
     assert np.isnan(acceleration).any(axis=1).all()
+
+
+@pytest.mark.parametrize(
+    ("count", "accuracy", "same"), [(100, 2e-4, True), (100, 1e-5, False), (multipole.CARRIED + 1, 2e-4, False)]
+)
+def test_records_take_the_program_of_steps_where_coarse_errors_do_for_not_too_many(monkeypatch, count, accuracy, same):
+    position = np.random.default_rng(7).normal(size=(count, 3))
+    given = np.ones(count), position, np.ones(count)
+    asked = []
+
+    def sums(particles, order, tolerance, *_):
+        asked.append((order, particles.precision, tolerance))
+        return np.ones((count, 3)), np.ones(count)
+
+    monkeypatch.setattr(multipole._Particles, "sums", sums)
+    own = multipole.tree(position)
+    multipole.gravity(*given, None, accuracy, np.ones(count), 1, own, "mixed")
+    multipole.virial(*given, accuracy, np.ones(count), 1, own, "mixed")
+    step, record = asked
+    assert (step[:2] == record[:2]) == same
+    assert same or record[:2] == (7, "float64")
+    assert record[2] < 0.2 * step[2] or not same
