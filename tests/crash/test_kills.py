@@ -18,6 +18,8 @@ from astroinertia.storage.archive import Archive
 from astroinertia.storage.atomic import TEMPORARY
 from tests.tradeoff_scenes import SIMS
 
+pytestmark = pytest.mark.usefixtures("steps_differ")  # as lives.py has them
+
 ROOT = SIMS.parent
 # A checkpoint at every instant that one can be taken at, so that many kills hit the writing of files.
 COMMON = ["output.checkpoint_seconds=0", "output.series_every=0.05", "output.snapshot_every=0.2", "body.particles=150"]
