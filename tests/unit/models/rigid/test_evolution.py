@@ -35,7 +35,7 @@ def accounted(run):
 @both
 def test_a_constant_torque_adds_to_the_angular_momentum_while_it_acts(settings):
     torque = effect("constant_torque", vector=[0.1, -0.3, 0.2], begin=1.0, until=3.5)
-    thruster = effect("constant_torque", vector=[1.0, 1.0, 1.0], frame="body", begin=NEVER)
+    thruster = effect("constant_torque", vector=[1.0, 1.0, 1.0], frame="body", begin=NEVER, until=2.0 * NEVER)
     run = under_way(TOP, SPIN, torque, thruster, settings=settings)
     start = momentum(run)
     run.advance(0.7)
@@ -49,8 +49,8 @@ def test_a_constant_torque_adds_to_the_angular_momentum_while_it_acts(settings):
 
 @both
 def test_a_thruster_along_a_principal_axis_spins_the_body_up(settings):
-    torque = effect("constant_torque", vector=[1.0, 1.0, 1.0], begin=NEVER)
-    thruster = effect("constant_torque", vector=[0.0, 0.0, 0.6], frame="body")
+    torque = effect("constant_torque", vector=[1.0, 1.0, 1.0], begin=NEVER, until=2.0 * NEVER)
+    thruster = effect("constant_torque", vector=[0.0, 0.0, 0.6], frame="body", begin=0.0, until=NEVER)
     run = under_way(TOP, [0.0, 0.0, 0.5], torque, thruster, settings=settings)
     run.advance(4.0)
     assert spin(run) == pytest.approx([0.0, 0.0, 1.3], abs=1e-12)
@@ -166,7 +166,7 @@ def test_the_bulge_of_an_elastic_body_slows_its_wobble(settings):
 
 @both
 def test_a_skater_turns_faster_and_does_work(settings):
-    push = effect("constant_torque", vector=[1.0, 1.0, 1.0], begin=NEVER)
+    push = effect("constant_torque", vector=[1.0, 1.0, 1.0], begin=NEVER, until=2.0 * NEVER)
     run = under_way([1.0, 1.5, 2.0], [0.0, 0.0, 1.0], push, settings=settings,
                     change=change([1.0, 2.0, 3.0], [1.0, 0.5, 0.25]))  # fmt: skip
     run.advance(2.0)
@@ -183,7 +183,7 @@ def test_a_skater_turns_faster_and_does_work(settings):
 @both
 def test_a_changing_size_and_a_torque_act_together(settings):
     # L_z = tau t about a principal axis, whatever the size.
-    push = effect("constant_torque", vector=[0.0, 0.0, 0.4])
+    push = effect("constant_torque", vector=[0.0, 0.0, 0.4], begin=0.0, until=NEVER)
     run = under_way(TOP, [0.0, 0.0, 1.0], push, settings=settings, change=change([1.0, 2.0, 4.0], [1.0, 2.0, 0.5]))
     run.advance(3.3)
     assert spin(run)[2] * 3.0 * float(run.body.change.factor(3.3)) == pytest.approx(3.0 + 0.4 * 3.3, rel=1e-12)
