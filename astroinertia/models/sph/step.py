@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 import jax
-import numpy as np
 
+from astroinertia.engines.elementwise import by_numpy
 from astroinertia.models.sph import points
 from astroinertia.models.sph.evaluate import evaluated
 from astroinertia.models.sph.heat import Heat
@@ -34,7 +34,7 @@ def half_kick(problem: Problem, state: State, dt: Array) -> State:
     xp, rates = problem.engine.xp, state.rates
     change = change_by_rates(xp, state, dt)
     heat = Heat(rates.heating, rates.exchange, rates.entropy_rate, dt, dt)
-    curved = problem.equation_of_state.curved and xp is np  # xla compiles that for minutes: first order there
+    curved = problem.equation_of_state.curved and by_numpy(xp)  # xla compiles that for minutes: first order there
     matter = problem.matter(state.material) if curved else None
     state = kick(xp, state, change, heat, rates.fluid.density, matter)
     return replace(state, points=points.pushed(xp, problem.effects, state.points, rates.fluid, dt))
