@@ -72,6 +72,7 @@ def test_what_takes_too_many_steps_has_no_end(monkeypatch):
     assert course.done(load.load_file(SIMS / "pulsar_collapse.toml")) is None
 
 
+@pytest.mark.usefixtures("steps_differ")
 def test_base_steps_that_are_split_are_those_of_free_fall():
     """Half as many where the factor is twice as long, but for those of one interval, which sound limits."""
 
@@ -83,6 +84,7 @@ def test_base_steps_that_are_split_are_those_of_free_fall():
     assert whole > 100
 
 
+@pytest.mark.usefixtures("steps_differ")
 def test_intervals_of_base_steps_are_about_as_many_as_a_run_takes():
     """500 particles of this collapse took 681 base steps with 1846 ends of intervals, 57 % of them of several."""
     done = course.done(load.load_file(SIMS / "core_collapse.toml", ["body.particles=500"]))
