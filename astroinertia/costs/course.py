@@ -176,7 +176,7 @@ def _rungs_that_pay(below: np.ndarray, step: np.ndarray, particles: int) -> np.n
     above = np.floor(np.log2(np.clip(below / step, 1.0, 2.0**DEEPEST)) + 1e-9).astype(np.int64)
     kinds, kind = np.unique(above, axis=1, return_inverse=True)  # few, of thousands of moments
     each = particles / len(below)
-    found = [rung_costs.that_pay(each * np.bincount(powers), rung_costs.BEYOND, DEEPEST) for powers in kinds.T]
+    found = [rung_costs.that_pay(each * np.bincount(powers), rung_costs.BEYOND, DEEPEST, False) for powers in kinds.T]
     return np.array(found, float)[kind.reshape(-1)]
 
 
