@@ -148,6 +148,11 @@ FLUID: Mapping[str, Entry] = {
                 "weakens it where the flow turns rather than converges",
                 "reconstruction", "guarded_reconstruction", "balsara", "none",
             ),
+            "stress": choice(
+                "viscous stress of pairs: whole, or trace_free, which does not push sideways where gas is compressed: "
+                "converging shocks heat by what they should; for limiters that reconstruct",
+                "whole", "trace_free",
+            ),
         },
         "neighbours", "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995", numerical=True, colour="green",
         auto="always", needs=("pressure",), limit_power=1.0 / 3.0,

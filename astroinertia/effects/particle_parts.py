@@ -13,7 +13,7 @@ class ParticleParts:
     One evaluation runs
 
         gradient_fields -> gradient pass (fluid.gradients) -> remember (fluid.memory) -> fields
-        -> neighbour and all-pairs passes, own_sums (fluid.sums)
+        -> neighbour and all-pairs passes, own_sums (fluid.sums) -> remember_sums (fluid.memory)
         -> acceleration, drag, exchange, potential_energy, virial, timestep
 
     `fluid` is a sph.fluid.Fluid: time, mass (N,), position (N, 3), velocity (N, 3), entropy (N,), smoothing_length
@@ -101,6 +101,10 @@ class ParticleParts:
 
     def remember(self, xp: Any, fluid: Any, interval: Any) -> dict[str, Any]:
         """That state, `interval` after it was last brought up to date (0 on the first evaluation)."""
+        return {}
+
+    def remember_sums(self, xp: Any, fluid: Any) -> dict[str, Any]:
+        """What of that state follows from the sums over pairs, for the next evaluation."""
         return {}
 
     def recalled(self, xp: Any, arrays: Any) -> dict[str, Any]:

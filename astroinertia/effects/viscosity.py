@@ -53,6 +53,29 @@ def guarded_pair(
     return damped(xp, xp.minimum(v_r, 0.0), approach, i, j)
 
 
+def trace_free_pair(
+    xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Symmetric, strain_j: Symmetric, tension_i, tension_j
+):
+    """The reconstructed pair without the isotropic part of both sides' viscous stress."""
+    pair = reconstructed_pair(xp, r, v_r, ij, i, j, strain_i, strain_j)
+    return without_isotropic(xp, v_r, pair, tension_i * i.dW, tension_j * j.dW)
+
+
+def guarded_trace_free_pair(
+    xp, r, v_r, ij: Separation, i: Side, j: Side, strain_i: Symmetric, strain_j: Symmetric, spacing_i, spacing_j,
+    tension_i, tension_j,
+):  # fmt: skip
+    """The guarded pair without it."""
+    pair = guarded_pair(xp, r, v_r, ij, i, j, strain_i, strain_j, spacing_i, spacing_j)
+    return without_isotropic(xp, v_r, pair, tension_i * i.dW, tension_j * j.dW)
+
+
+def without_isotropic(xp, v_r, pair, mine, other):
+    """Push, heat and signal less what the isotropic parts of the stress push apart, and heat by their own work."""
+    push, heat, signal = pair
+    return push - mine - other, heat - mine * v_r, signal
+
+
 def agreement(xp, mine, other):
     """van Leer's limiter: 1 where both sides see the same gradient, 0 where they see opposite ones."""
     both = mine + other
@@ -108,6 +131,8 @@ VISCOSITY = PairTerm(
 )
 RECONSTRUCTED = PairTerm("viscosity", reconstructed_pair, VISCOSITY.outputs)
 GUARDED = PairTerm("viscosity", guarded_pair, VISCOSITY.outputs)
+TRACE_FREE = PairTerm("viscosity", trace_free_pair, VISCOSITY.outputs)
+GUARDED_TRACE_FREE = PairTerm("viscosity", guarded_trace_free_pair, VISCOSITY.outputs)
 VELOCITY_GRADIENT = PairTerm(
     "viscosity",
     gradient_pair,
@@ -174,12 +199,33 @@ LIMITED = {
     "guarded_reconstruction": reconstructed_coefficients,
 }
 PAIRS = {"reconstruction": RECONSTRUCTED, "guarded_reconstruction": GUARDED}
+TRACE_FREE_PAIRS = {"reconstruction": TRACE_FREE, "guarded_reconstruction": GUARDED_TRACE_FREE}
 STRAIN = tuple(f"strain_{axes}" for axes in Symmetric._fields)
 
 
 def spacing(xp, mass, density):
     """How far apart particles are on average."""
     return (xp.power(mass / density, 1.0 / 3.0),)
+
+
+def isotropic_part(xp, density, pressure, moment, velocity_sum, heating):
+    """The pressure p_v in a particle's viscous stress, from the heat per mass of the whole stress."""
+    flow = linear_gradient(xp, moment, velocity_sum)
+    rate = xp.maximum(-trace(xp, flow), 0.0)
+    xx, yy, zz, xy, xz, yz = strain(xp, flow)
+    square = xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2)
+    part = 5.0 / 3.0 * rate * density * heating / (2.0 * square + rate**2 + 1e-30)
+    return (xp.minimum(part, xp.maximum(pressure, 0.0)),)
+
+
+def heating_of_all(xp, density, heating, viscous_pressure, velocity_sum):
+    """The heat per mass of the whole stress, from that of the rest: p_v cooled by p_v/rho^2 sum m dW v_r."""
+    return (heating + viscous_pressure / density**2 * trace(xp, velocity_sum),)
+
+
+def tension(xp, density, viscous_pressure):
+    """p_v/rho^2."""
+    return (viscous_pressure / density**2,)
 
 
 def crossing_time(xp, h, signal):
@@ -219,6 +265,14 @@ class Viscosity(Effect):
     121, 357). None reduces it below alpha_min, which damps noise: of Gresho & Chan's vortex 1452 particles lose 0.162
     (L1 of the velocity) with 0.1, and 0.225 with 0. The figures of shocks are in tests/physics/test_shocks.py: streams
     that collide are stopped, and do not run through each other.
+
+    stress "trace_free": forces along lines between particles make up the stress eta (2 S + (div v) 1) with the strain
+    rate S (Murray 1996, MNRAS 279, 402), which pushes sideways of a planar shock with a third of what it pushes along
+    it. Where a shock converges that heats the gas a second time, in proportion to the width of its front over its
+    radius. So the isotropic part, which a viscosity for converging shocks has not (Tscharnuter & Winkler 1979, Comp.
+    Phys. Comm. 18, 171), is taken out where gas is compressed: of the heat rho q = eta (2 S:S + (div v)^2) follows
+    eta, and p_v = (5/3) eta |div v| draws each pair together by p_v/rho^2 of both sides and cools it by as much. p_v is
+    at most the pressure, and is that of the heat of the evaluation before. Pairs still conserve all that they did.
     """
 
     alpha_max: Any = 1.0
@@ -227,21 +281,29 @@ class Viscosity(Effect):
     decay_length: Any = 10.0
     switch: str = field(default="cullen_dehnen", metadata={"static": True})
     limiter: str = field(default="reconstruction", metadata={"static": True})
+    stress: str = field(default="whole", metadata={"static": True})
 
     kind: ClassVar[str] = "viscosity"
     central: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
-        """Refuses bounds of alpha that cross."""
+        """Refuses bounds of alpha that cross, and a trace-free stress of flows that are not reconstructed."""
         if options["switch"] == "cullen_dehnen" and options["alpha_min"] > options["alpha_max"]:
             raise ValueError("alpha_min must not be above alpha_max")
+        if options["stress"] == "trace_free" and options["limiter"] not in TRACE_FREE_PAIRS:
+            raise ValueError(f'stress "trace_free" needs one of the limiters {" and ".join(TRACE_FREE_PAIRS)}')
         return cls(**options)
 
     @property
     def follows_shocks(self) -> bool:
         """Whether alpha evolves."""
         return self.switch == "cullen_dehnen"
+
+    @property
+    def trace_free(self) -> bool:
+        """Whether the isotropic part of the stress is taken out."""
+        return self.stress == "trace_free"
 
     @property
     def gradient_terms(self):
@@ -253,7 +315,7 @@ class Viscosity(Effect):
     @property
     def neighbour_terms(self):
         """Push, heat and signal velocity."""
-        return (PAIRS.get(self.limiter, VISCOSITY),)
+        return ((TRACE_FREE_PAIRS if self.trace_free else PAIRS).get(self.limiter, VISCOSITY),)
 
     def gradient_fields(self, xp, fluid):
         """What the switch needs."""
@@ -266,23 +328,36 @@ class Viscosity(Effect):
         }
 
     def initial_memory(self, xp, fluid):
-        """The coefficient alpha, and the sign of div v (unknown yet: 0)."""
-        if not self.follows_shocks:
-            return {}
+        """The coefficient alpha, the sign of div v (unknown yet: 0), and the heat and p_v of the stress."""
         none = xp.zeros_like(fluid.density)
-        return {"viscosity_alpha": none + self.alpha_min, "viscosity_trend": none}
+        memory = {"viscosity_alpha": none + self.alpha_min, "viscosity_trend": none} if self.follows_shocks else {}
+        return memory | ({"viscous_heating": none, "viscous_pressure": none} if self.trace_free else {})
 
     def remember(self, xp, fluid, interval):
-        """The coefficient alpha after `interval`, and the sign of div v for the next evaluation's limiter."""
-        if not self.follows_shocks:
+        """The coefficient alpha after `interval`, the sign of div v for the next evaluation's limiter, and p_v."""
+        memory = {}
+        if self.follows_shocks:
+            sums = fluid.gradients[self.kind]
+            memory["viscosity_alpha"], memory["viscosity_trend"] = elementwise(
+                xp, switched, fluid.density, fluid.sound_speed, fluid.smoothing_length, fluid.memory["viscosity_alpha"],
+                sums["position"], sums["velocity"], sums["acceleration"], sums["trend"], sums["signal"], interval,
+                self.alpha_max, self.alpha_min, self.decay_length,
+            )  # fmt: skip
+        if self.trace_free:
+            sums = fluid.gradients[self.kind]
+            (memory["viscous_pressure"],) = elementwise(
+                xp, isotropic_part, fluid.density, fluid.pressure, sums["position"], sums["velocity"],
+                fluid.memory["viscous_heating"],
+            )  # fmt: skip
+        return memory
+
+    def remember_sums(self, xp, fluid):
+        """The heat per mass of the whole stress, of which the next evaluation's p_v follows."""
+        if not self.trace_free:
             return {}
-        sums = fluid.gradients[self.kind]
-        alpha, trend = elementwise(
-            xp, switched, fluid.density, fluid.sound_speed, fluid.smoothing_length, fluid.memory["viscosity_alpha"],
-            sums["position"], sums["velocity"], sums["acceleration"], sums["trend"], sums["signal"], interval,
-            self.alpha_max, self.alpha_min, self.decay_length,
-        )  # fmt: skip
-        return {"viscosity_alpha": alpha, "viscosity_trend": trend}
+        heating, pressure = fluid.sums[self.kind]["heating"], fluid.memory["viscous_pressure"]
+        flow = fluid.gradients[self.kind]["velocity"]
+        return {"viscous_heating": elementwise(xp, heating_of_all, fluid.density, heating, pressure, flow)[0]}
 
     def fields(self, xp, fluid):
         """The coefficients alpha c and beta alpha, limited, and the strain rate where flows are reconstructed."""
@@ -309,6 +384,8 @@ class Viscosity(Effect):
         }
         if self.limiter == "guarded_reconstruction":
             fields["spacing"] = elementwise(xp, spacing, fluid.mass, fluid.density)[0]
+        if self.trace_free:
+            fields["tension"] = elementwise(xp, tension, fluid.density, fluid.memory["viscous_pressure"])[0]
         return fields
 
     def timestep(self, xp, fluid):

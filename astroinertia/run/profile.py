@@ -20,7 +20,8 @@ from astroinertia.process.stopwatch import Places, Seconds, Stopwatch, now, sinc
 START, PREPARING, COMPILING = "start", "preparing", "compiling"
 DENSITY, GRADIENTS, FORCES, OTHER_SUMS = "density", "gradients", "forces", "other sums"
 LEDGER, SORTING, REST, RECORDS, WRITING = "ledger", "sorting", "rest of steps", "records", "writing"
-OF_EFFECTS = ("own_sums", "acceleration", "exchange", "remember")  # what an effect of particles does by itself
+# What an effect of particles does by itself.
+OF_EFFECTS = ("own_sums", "acceleration", "exchange", "remember", "remember_sums")
 OF_LEDGERS = ("drifted", "rounded", "kicked", "heated")
 
 

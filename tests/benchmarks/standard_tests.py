@@ -43,7 +43,13 @@ HEADLINE = {
 }
 # Three resolutions of each; of the disc fewer, whose two orbits are a thousand steps and more.
 PARTICLES = dict.fromkeys(HEADLINE, (1000, 3000, 10_000)) | {"keplerian_disc": (500, 1000, 2000)}
-INTEGRAL = 'effects.pressure.gradients="integral"'
+# What is measured, with settings beside those of the scenes.
+VARIANTS: dict[str, tuple[str, ...]] = {
+    "here": (),
+    "integral": ('effects.pressure.gradients="integral"',),
+    "trace-free": ('effects.viscosity.stress="trace_free"',),
+    "both": ('effects.pressure.gradients="integral"', 'effects.viscosity.stress="trace_free"'),
+}
 ROOM = {"sedov": 9.0}  # reaches of the kernel that SWIFT's box must have: those of the blown-out middle are wide
 SMALL = 1.0  # time until which the linear solution of the shear layers is compared with
 
@@ -136,7 +142,8 @@ HEADING = """# Standard tests of hydrodynamics
 L1 errors, mean |f - f_exact| over the largest |f_exact|; of kelvin_helmholtz that of the mode's amplitude against
 linear theory up to t = 1; of keplerian_disc the mean relative change of particles' angular momenta in two orbits.
 Quartic spline with 60 neighbours, viscosity with a constant alpha of 1 and guarded reconstruction, and else the
-defaults of viscosity and conduction, for all of them; "integral" has gradients = "integral" of the pressure besides.
+defaults of viscosity and conduction, for all of them; "integral" has gradients = "integral" of the pressure besides,
+"trace-free" stress = "trace_free" of the viscosity, "both" has both.
 
 SWIFT: commit 8a8f0d794, scheme SPHENIX (density and energy, with conduction of its own), quartic spline with 60
 neighbours, its examples' Courant number, measured here from the same particles (standard_swift.py). In bold what a
@@ -145,28 +152,25 @@ velocities tell.
 """
 
 
-NAMES = ("problem", "figure", "particles", "L1 here", "order", "L1 integral", "order", "L1 SWIFT", "here / SWIFT",
-         "integral / SWIFT")  # fmt: skip
+NAMES = (
+    "problem", "figure", "particles", *(name for who in VARIANTS for name in (f"L1 {who}", "order")), "L1 SWIFT",
+    *(f"{who} / SWIFT" for who in VARIANTS),
+)  # fmt: skip
 
 
 def table(rows: dict[str, Any]) -> str:
     """Every row, with the order from the row before (error ~ N^(-order/3)) and the ratio to SWIFT at the same N."""
     lines = [HEADING, f"| {' | '.join(NAMES)} |", "|---" * len(NAMES) + "|"]
     for problem, headline in HEADLINE.items():
-        mine = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/here/")), key=_size)
-        integral, others = (
-            {row["particles"]: row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")}
-            for who in ("integral", "swift")
-        )
+        runs = {who: _rows(rows, problem, who) for who in (*VARIANTS, "swift")}
         for name in dict.fromkeys(("density", "velocity", "pressure", headline)):
-            if not mine or name not in mine[0]:
-                continue
-            before = None
-            for row in mine:
-                own = (row, integral.get(row["particles"]))
-                there = others.get(row["particles"], {}).get(name)
-                cells = [problem, f"**{name}**" if name == headline else name, row["particles"]]
-                for now, last in zip(own, before or (None, None), strict=True):
+            measured_here = [size for size, row in runs["here"].items() if name in row]
+            before: list[dict[str, Any] | None] = [None] * len(VARIANTS)
+            for size in measured_here:
+                own = [runs[who].get(size) for who in VARIANTS]
+                there = runs["swift"].get(size, {}).get(name)
+                cells = [problem, f"**{name}**" if name == headline else name, size]
+                for now, last in zip(own, before, strict=True):
                     cells.append("" if now is None else f"{now[name]:.4g}")
                     cells.append("" if now is None or last is None else f"{_order(last, now, name):.2f}")
                 cells.append("" if there is None else f"{there:.4g}")
@@ -176,8 +180,10 @@ def table(rows: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _size(row: dict[str, Any]) -> int:
-    return row["particles"]
+def _rows(rows: dict[str, Any], problem: str, who: str) -> dict[int, dict[str, Any]]:
+    """{particles: row}, from the fewest to the most."""
+    found = [row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")]
+    return {row["particles"]: row for row in sorted(found, key=lambda row: row["particles"])}
 
 
 def _order(coarse: dict[str, Any], fine: dict[str, Any], name: str) -> float:
@@ -191,10 +197,12 @@ def picture(rows: dict[str, Any], path: Path) -> None:
         for who, mark, label in (
             ("here", "o-", "here"),
             ("integral", "^-", "here, integral gradients"),
+            ("trace-free", "v-", "here, trace-free stress"),
+            ("both", "d-", "here, both"),
             ("swift", "s--", "SWIFT, SPHENIX"),
         ):
-            found = sorted((row for key, row in rows.items() if key.startswith(f"{problem}/{who}/")), key=_size)
-            axis.loglog([row["particles"] for row in found], [row[name] for row in found], mark, label=label)
+            found = _rows(rows, problem, who)
+            axis.loglog(list(found), [row[name] for row in found.values()], mark, label=label)
         axis.set_title(f"{problem.replace('_', ' ')}: {name.replace('_', ' ')}", fontsize=9)
         axis.grid(alpha=0.3, which="both")
     axes[0, 0].legend(fontsize=8)
@@ -215,8 +223,8 @@ def main() -> None:
     for problem in options.problems:
         for particles in options.particles or PARTICLES[problem]:
             jobs = {
-                f"{problem}/here/{particles}": lambda p=problem, n=particles: measured(p, n),
-                f"{problem}/integral/{particles}": lambda p=problem, n=particles: measured(p, n, INTEGRAL),
+                f"{problem}/{who}/{particles}": lambda p=problem, n=particles, s=settings: measured(p, n, *s)
+                for who, settings in VARIANTS.items()
             }
             if options.swift:
                 jobs[f"{problem}/swift/{particles}"] = lambda p=problem, n=particles: measured_with_swift(

@@ -167,6 +167,17 @@ def test_evrards_cloud_collapses_and_bounces() -> None:
 
 
 @pytest.mark.full(inputs=["sims/evrard.toml"])
+@pytest.mark.parametrize(("particles", "bar"), [(10_000, 0.05), (30_000, 0.025)])
+def test_evrards_peaks_with_a_trace_free_stress(particles: int, bar: float, result: Any) -> None:
+    """Within 5 and 2.5 %, with energy kept as well as without."""
+    peaks = evrard_peaks(particles, 'effects.viscosity.stress="trace_free"', "effects.viscosity.alpha_max=1.5")
+    result(**peaks)
+    assert abs(peaks["kinetic_energy_error"]) < bar
+    assert abs(peaks["internal_energy_error"]) < bar
+    assert peaks["energy_error"] < 1e-3
+
+
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_evrards_peaks_at_full_size(result) -> None:
     """3000 to 30,000 particles: peaks within 10 %, order at least 0.5 in N^(1/3)."""
     counts = [3000, 10000, 30000]

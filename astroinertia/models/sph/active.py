@@ -281,6 +281,12 @@ def remembered(block: BlockStep, active: Array, sums: Sums, since: Array) -> Flu
     """The active particles with their gradients, and memories brought up to now, `since` (n,) after they last were."""
     before = replace(fluid_of(block, active), gradients=sums)
     fluid = evaluate.with_memories(block.problem, before, since)
+    keep_memories(block, active, before, fluid)
+    return fluid
+
+
+def keep_memories(block: BlockStep, active: Array, before: Fluid, fluid: Fluid) -> None:
+    """The body's memories as those of the active particles have become, from a fluid before to one after."""
     memory = dict(block.state.memory)
     for name, values in fluid.memory.items():
         if values is before.memory[name]:
@@ -290,7 +296,6 @@ def remembered(block: BlockStep, active: Array, sums: Sums, since: Array) -> Flu
         else:
             memory[name][active] = values
     block.state = replace(block.state, memory=memory)
-    return fluid
 
 
 def neighbour_forces(block: BlockStep, fluid: Fluid, active: Array, spans: HalfIntervals) -> tuple[Sums, Sums]:

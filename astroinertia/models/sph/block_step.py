@@ -276,6 +276,8 @@ def _kick(
     for further in (near, distant if opening is None else _distant_sums(block)):
         add_sums(sums, further)
     fluid = replace(fluid, sums=sums)
+    after = evaluate.with_memories_of_sums(problem, fluid)
+    parts.keep_memories(block, active, fluid, after)
     own = [_own_acceleration(block, effect, fluid, active) for effect in problem.effects]
     pushes, by_pairs = [], []
     for effect, acceleration in zip(problem.effects, own, strict=True):

@@ -62,6 +62,7 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     fluid = replace(fluid, gradients=gradients(problem, arrangement.pairs, fluid))
     fluid = with_memories(problem, fluid, dt)
     fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid, {} if first else before.sums))
+    fluid = with_memories_of_sums(problem, fluid)
     own = [effect.acceleration(xp, fluid) for effect in problem.effects]
     rates = rates_of(problem, fluid, own, entropy_per_heat)
     ledger = state.ledger
@@ -135,6 +136,13 @@ def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:
     """The fluid with what effects evolve for themselves, `since` () or (n,) after they last did."""
     for effect in problem.effects:
         fluid = replace(fluid, memory={**fluid.memory, **effect.remember(problem.engine.xp, fluid, since)})
+    return fluid
+
+
+def with_memories_of_sums(problem: Problem, fluid: Fluid) -> Fluid:
+    """The fluid with what effects keep of the sums over pairs for the next evaluation."""
+    for effect in problem.effects:
+        fluid = replace(fluid, memory={**fluid.memory, **effect.remember_sums(problem.engine.xp, fluid)})
     return fluid
 
 

@@ -12,6 +12,7 @@ import pytest
 import astroinertia
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import curl_size, gradient, shear, trace
+from astroinertia.effects.viscosity import isotropic_part
 from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.models.sph import block_step
 from astroinertia.models.sph.limits import limiting, particle_limits
@@ -43,6 +44,7 @@ conduction = { coefficient = 1e6 }
 [time]
 end = "0.1 s"
 """
+SHARED = ("mass", "position", "velocity", "smoothing_length")
 FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
 
 
@@ -129,6 +131,46 @@ def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> 
         assert abs(found["work"] + found["heating"]) < 1e-14 * found["heating"]
         mass = found["fluid"].mass
         assert np.abs(mass @ found["force"]).max() < 1e-14 * (mass @ np.linalg.norm(found["force"], axis=1))
+
+
+def test_the_isotropic_part_of_a_stress_follows_from_its_heat() -> None:
+    """Of eta (2 S + (div v) 1), whose heat is eta (2 S:S + (div v)^2), it is (5/3) eta |div v|, up to the pressure."""
+    flow, eta, density = FLOW - 0.6 * np.eye(3), 0.7, 2.0
+    sheared, rate = (flow + flow.T) / 2, -np.trace(flow)
+    stress = eta * (2 * sheared - rate * np.eye(3))
+    heating = (stress * sheared).sum() / density
+    moment = tuple(map(tuple, -2.0 * np.eye(3)))
+    arguments_of = (moment, tuple(map(tuple, -2.0 * flow)), heating)
+    assert isotropic_part(np, density, 9.0, *arguments_of)[0] == pytest.approx(-np.trace(stress) / 3, rel=1e-12)
+    assert isotropic_part(np, density, 0.3, *arguments_of)[0] == 0.3
+    assert isotropic_part(np, density, -0.3, *arguments_of)[0] == 0.0
+    expanding = tuple(map(tuple, 2.0 * flow))
+    assert isotropic_part(np, density, 9.0, moment, expanding, heating)[0] == 0.0
+
+
+@pytest.mark.parametrize("limiter", ["reconstruction", "guarded_reconstruction"])
+def test_a_trace_free_stress_draws_together_and_cools_by_what_it_is_less(limiter: str) -> None:
+    """What is kept of the whole stress's heat is what whole pairs make of the same state, and the rest is conserved."""
+    position, random = ball(), np.random.default_rng(5)
+    velocity = random.normal(size=position.shape) - 3 * position
+    found = heat_and_drag(velocity, position, 3, limiter=limiter, stress="trace_free")
+    assert abs(found["work"] + found["heating"]) < 1e-14 * found["heating"]
+    fluid, trace_free = found["fluid"], catalogue.build("viscosity", {"limiter": limiter, "stress": "trace_free"})
+    fields = trace_free.fields(np, fluid) | {name: getattr(fluid, name) for name in SHARED}
+    whole = pair_sums(catalogue.build("viscosity", {"limiter": limiter}).neighbour_terms, fields, "cubic")["viscosity"]
+    kept = trace_free.remember_sums(np, fluid)["viscous_heating"]
+    np.testing.assert_allclose(kept, whole["heating"], rtol=1e-10, atol=1e-12 * kept.max())
+    pressure = fluid.memory["viscous_pressure"]
+    assert 0.1 < (pressure > 0).mean() < 1.0
+    assert np.all(pressure <= fluid.pressure)
+    assert found["each"].mean() < 0.97 * whole["heating"].mean()
+    drawn = fluid.mass @ ((found["force"] - whole["acceleration"]) * position).sum(axis=1)
+    assert drawn < -0.03 * fluid.mass @ (whole["acceleration"] * position).sum(axis=1)
+
+
+def test_a_trace_free_stress_is_for_flows_that_are_reconstructed() -> None:
+    with pytest.raises(ValueError, match="needs one of the limiters reconstruction and guarded_reconstruction"):
+        catalogue.build("viscosity", {"limiter": "balsara", "stress": "trace_free"})
 
 
 def test_a_smooth_collapse_is_not_viscous() -> None:
@@ -297,6 +339,7 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
         ("viscosity", {}),
         ("viscosity", {"limiter": "balsara"}),
         ("viscosity", {"limiter": "guarded_reconstruction"}),
+        ("viscosity", {"limiter": "guarded_reconstruction", "stress": "trace_free"}),
         ("conduction", {}),
         ("conduction", {"signal": "pressure_jump"}),
     ):
