@@ -524,16 +524,6 @@ def test_a_star_that_cools_contracts_in_equilibrium():
         assert done.steps[-1] == pytest.approx(0.1 * at_rest, rel=0.01)
 
 
-@pytest.mark.parametrize(("start", "end"), [("parabolic", 0.45649740094), ("rest", 1.0953407700317674)])
-def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
-    """The run takes 205 steps, and 316 from rest with 300 particles."""
-    scene = load.load_file(ROOT / "sims" / "homologous_collapse.toml", [f"body.start={start}", f"time.end={end}"])
-    times, sizes = course.course(course.sphere_of(scene), 0.98 * end)
-    exact = scene.body.core(1.0, 1.0)
-    assert sizes[-1] == pytest.approx(float(exact.scale_factor(times[-1])), rel=0.05)
-    assert course.done(scene).steps[-1] == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
-
-
 def test_base_steps_are_twice_the_longest_interval_where_several_pay():
     """Limits of n = 1.5 are within a factor of 2.3: in a run of 300 particles of one_star_three_models, each of
     341 base steps was of one interval for all. Of a uniform sphere all are the same. Evrard's collapse splits some:

@@ -45,3 +45,13 @@ def test_a_body_that_flies_apart_at_once_has_a_course_all_the_same():
     times, _ = course.course(course.sphere_of(hot), hot.time.end)
     assert (np.diff(times) > 0.0).all() and times[-1] == hot.time.end
     assert course.done(hot).steps[-1] > 0.0
+
+
+@pytest.mark.parametrize(("start", "end"), [("parabolic", 0.45649740094), ("rest", 1.0953407700317674)])
+def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
+    """The run takes 205 steps, and 316 from rest with 300 particles."""
+    scene = load.load_file(ROOT / "sims" / "homologous_collapse.toml", [f"body.start={start}", f"time.end={end}"])
+    times, sizes = course.course(course.sphere_of(scene), 0.98 * end)
+    exact = scene.body.core(1.0, 1.0)
+    assert sizes[-1] == pytest.approx(float(exact.scale_factor(times[-1])), rel=0.05)
+    assert course.done(scene).steps[-1] == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
