@@ -208,14 +208,14 @@ def spacing(xp, mass, density):
     return (xp.power(mass / density, 1.0 / 3.0),)
 
 
-def isotropic_part(xp, density, pressure, moment, velocity_sum, heating):
+def isotropic_part(xp, density, pressure, thermal_energy, moment, velocity_sum, heating):
     """The pressure p_v in a particle's viscous stress, from the heat per mass of the whole stress."""
     flow = linear_gradient(xp, moment, velocity_sum)
     rate = xp.maximum(-trace(xp, flow), 0.0)
     xx, yy, zz, xy, xz, yz = strain(xp, flow)
     square = xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2)
     part = 5.0 / 3.0 * rate * density * heating / (2.0 * square + rate**2 + 1e-30)
-    return (xp.minimum(part, xp.maximum(pressure, 0.0)),)
+    return (xp.minimum(part, xp.minimum(xp.maximum(pressure, 0.0), density * thermal_energy)),)
 
 
 def heating_of_all(xp, density, heating, viscous_pressure, velocity_sum):
@@ -272,7 +272,8 @@ class Viscosity(Effect):
     radius. So the isotropic part, which a viscosity for converging shocks has not (Tscharnuter & Winkler 1979, Comp.
     Phys. Comm. 18, 171), is taken out where gas is compressed: of the heat rho q = eta (2 S:S + (div v)^2) follows
     eta, and p_v = (5/3) eta |div v| draws each pair together by p_v/rho^2 of both sides and cools it by as much. p_v is
-    at most the pressure, and is that of the heat of the evaluation before. Pairs still conserve all that they did.
+    at most the pressure and the thermal energy in a volume, so that no step cools cold matter by more than it has; it
+    is that of the heat of the evaluation before. Pairs still conserve all that they did.
     """
 
     alpha_max: Any = 1.0
@@ -306,6 +307,11 @@ class Viscosity(Effect):
         return self.stress == "trace_free"
 
     @property
+    def needs_heat(self):
+        """Where the isotropic part of the stress is taken out, which follows from heat that matter keeps."""
+        return self.trace_free
+
+    @property
     def gradient_terms(self):
         """What the switch and the limiter need, if there are any."""
         if self.follows_shocks:
@@ -335,19 +341,17 @@ class Viscosity(Effect):
 
     def remember(self, xp, fluid, interval):
         """The coefficient alpha after `interval`, the sign of div v for the next evaluation's limiter, and p_v."""
-        memory = {}
+        memory, sums = {}, fluid.gradients.get(self.kind, {})
         if self.follows_shocks:
-            sums = fluid.gradients[self.kind]
             memory["viscosity_alpha"], memory["viscosity_trend"] = elementwise(
                 xp, switched, fluid.density, fluid.sound_speed, fluid.smoothing_length, fluid.memory["viscosity_alpha"],
                 sums["position"], sums["velocity"], sums["acceleration"], sums["trend"], sums["signal"], interval,
                 self.alpha_max, self.alpha_min, self.decay_length,
             )  # fmt: skip
         if self.trace_free:
-            sums = fluid.gradients[self.kind]
             (memory["viscous_pressure"],) = elementwise(
-                xp, isotropic_part, fluid.density, fluid.pressure, sums["position"], sums["velocity"],
-                fluid.memory["viscous_heating"],
+                xp, isotropic_part, fluid.density, fluid.pressure, fluid.thermal_energy, sums["position"],
+                sums["velocity"], fluid.memory["viscous_heating"],
             )  # fmt: skip
         return memory
 

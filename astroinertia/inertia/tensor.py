@@ -383,7 +383,8 @@ def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Ar
 def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     """Semi-axes (..., 3) of the homogeneous ellipsoid with this mass and these principal moments, in their order.
 
-    a_k^2 = 5 Q_k / M with Q_k = (I_1 + I_2 + I_3)/2 - I_k.
+    a_k^2 = 5 Q_k / M with Q_k = (I_1 + I_2 + I_3)/2 - I_k; nan where that is negative beyond rounding, as no body has a
+    moment above the sum of the other two.
 
     >>> print(equivalent_semi_axes(5.0, np.array([5.0, 10.0, 13.0])))  # of the ellipsoid with axes 3, 2 and 1
     [3. 2. 1.]
@@ -391,7 +392,8 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     xp = namespace(moments)
     squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]
     # The root of a safe number first: at a flat body's 0 the root has no derivative, and 0 passes on none.
-    return xp.where(squares > 0, xp.sqrt(xp.where(squares > 0, squares, 1.0)), 0.0)
+    lengths = xp.where(squares > 0, xp.sqrt(xp.where(squares > 0, squares, 1.0)), 0.0)
+    return xp.where(squares < -1e-6 * abs(squares).max(-1, keepdims=True), xp.nan, lengths)
 
 
 def _weighted(xp: Any, mass: Array, weights: Array | None) -> Array:

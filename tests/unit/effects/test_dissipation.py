@@ -1,5 +1,6 @@
 """Velocity gradients, viscosity and conduction, against closed forms, on a few hundred particles."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,11 +11,16 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia.build.assemble import prepare
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import curl_size, gradient, shear, trace
 from astroinertia.effects.viscosity import isotropic_part
 from astroinertia.engines.terms import argument_names, arguments
+from astroinertia.errors import SceneError
+from astroinertia.matter.cold_matter import Hybrid
 from astroinertia.models.sph import block_step
+from astroinertia.models.sph.evaluate import internal_energy
+from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.limits import limiting, particle_limits
 from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
@@ -134,18 +140,22 @@ def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> 
 
 
 def test_the_isotropic_part_of_a_stress_follows_from_its_heat() -> None:
-    """Of eta (2 S + (div v) 1), whose heat is eta (2 S:S + (div v)^2), it is (5/3) eta |div v|, up to the pressure."""
+    """Of eta (2 S + (div v) 1), whose heat is eta (2 S:S + (div v)^2), it is (5/3) eta |div v|, up to the pressure and
+    the thermal energy in a volume.
+    """
     flow, eta, density = FLOW - 0.6 * np.eye(3), 0.7, 2.0
     sheared, rate = (flow + flow.T) / 2, -np.trace(flow)
     stress = eta * (2 * sheared - rate * np.eye(3))
     heating = (stress * sheared).sum() / density
     moment = tuple(map(tuple, -2.0 * np.eye(3)))
     arguments_of = (moment, tuple(map(tuple, -2.0 * flow)), heating)
-    assert isotropic_part(np, density, 9.0, *arguments_of)[0] == pytest.approx(-np.trace(stress) / 3, rel=1e-12)
-    assert isotropic_part(np, density, 0.3, *arguments_of)[0] == 0.3
-    assert isotropic_part(np, density, -0.3, *arguments_of)[0] == 0.0
+    exact = -np.trace(stress) / 3
+    assert isotropic_part(np, density, 9.0, 9.0, *arguments_of)[0] == pytest.approx(exact, rel=1e-12)
+    assert isotropic_part(np, density, 0.3, 9.0, *arguments_of)[0] == 0.3
+    assert isotropic_part(np, density, 9.0, 0.1, *arguments_of)[0] == 0.1 * density
+    assert isotropic_part(np, density, -0.3, 9.0, *arguments_of)[0] == 0.0
     expanding = tuple(map(tuple, 2.0 * flow))
-    assert isotropic_part(np, density, 9.0, moment, expanding, heating)[0] == 0.0
+    assert isotropic_part(np, density, 9.0, 9.0, moment, expanding, heating)[0] == 0.0
 
 
 @pytest.mark.parametrize("limiter", ["reconstruction", "guarded_reconstruction"])
@@ -166,6 +176,30 @@ def test_a_trace_free_stress_draws_together_and_cools_by_what_it_is_less(limiter
     assert found["each"].mean() < 0.97 * whole["heating"].mean()
     drawn = fluid.mass @ ((found["force"] - whole["acceleration"]) * position).sum(axis=1)
     assert drawn < -0.03 * fluid.mass @ (whole["acceleration"] * position).sum(axis=1)
+
+
+def test_a_trace_free_stress_cools_no_cold_matter_by_more_than_it_has() -> None:
+    """Matter without warmth that is driven together gains what effects bring: no entropy is held by a limit."""
+    position, random = ball(), np.random.default_rng(5)
+    velocity = 0.1 * random.normal(size=position.shape) - 0.5 * position
+    effects = [catalogue.build("pressure", {}), catalogue.build("viscosity", {"stress": "trace_free"})]
+    problem, state, _ = state_of(*effects, position=position, velocity=velocity, entropy=0.0)
+    problem = replace(problem, equation_of_state=Hybrid(0.5, gamma_1=1.3, gamma_2=2.5, gamma_thermal=1.5, constant=3.0))
+    state, arrangement = initial_state(problem, state.mass, position, velocity, state.entropy)
+    before = internal_energy(problem, state)
+    for _ in range(4):
+        state = step(problem, arrangement, state, state.rates.timestep)
+    gained = internal_energy(problem, state) - before
+    assert state.memory["viscous_pressure"].max() > 0.0
+    assert state.ledger.heating.total.sum() == pytest.approx(gained, rel=1e-12)
+
+
+def test_a_trace_free_stress_is_for_matter_that_can_be_warm() -> None:
+    polytropic = FALLING_IN.replace('"ideal"', '"polytropic"\nconstant = "from body"')
+    trace_free = polytropic.replace("viscosity = {}", 'viscosity = { stress = "trace_free" }')
+    prepare(loads(polytropic.replace("conduction = { coefficient = 1e6 }", "")))
+    with pytest.raises(SceneError, match=r"\[effects.viscosity\] as it is set needs matter that can be warm"):
+        prepare(loads(trace_free.replace("conduction = { coefficient = 1e6 }", "")))
 
 
 def test_a_trace_free_stress_is_for_flows_that_are_reconstructed() -> None:

@@ -35,6 +35,9 @@ def test_semi_axes_of_a_homogeneous_ellipsoid():
     squares = axes**2
     moments = mass / 5 * (squares.sum() - squares)
     np.testing.assert_allclose(tensor.equivalent_semi_axes(mass, moments), axes, rtol=1e-14)
+    impossible, disc = np.array([1.0, 1.0, 3.0]), np.array([1.0, 1.0, np.float64(2.0 + 1e-12)])
+    assert np.isnan(tensor.equivalent_semi_axes(mass, impossible)).tolist() == [False, False, True]
+    assert tensor.equivalent_semi_axes(mass, disc)[2] == 0.0
 
 
 def particles(seed, count=40, batch=()):
