@@ -44,8 +44,13 @@ def test_the_error_of_a_top_goes_as_its_steps(order, tmp_path):
 
 @pytest.mark.full(inputs=["tests/tradeoff_scenes.py", "sims/dyson_ellipsoid.toml"])
 def test_the_error_of_a_fluid_goes_as_its_particles_and_its_steps(result, tmp_path):
+    """Steps of one length: others are divided so that they end at outputs, in parts that differ from factor to factor.
+
+    Measured: orders 2.15 and 2.001; with steps that follow the flow 2.28 and 1.45.
+    """
+    settings = ("body.particles=1000", "numerics.max_timestep=0.02")
     table, (inertia, rate) = found(
-        "dyson", tmp_path, "body.particles=1000", only=["timestep_factor", "smoothing_tolerance", "precision"]
+        "dyson", tmp_path, *settings, only=["timestep_factor", "smoothing_tolerance", "precision"]
     )
     for name, each in (("inertia", inertia), ("rate", rate)):
         sources_found = sources(each)
@@ -55,7 +60,7 @@ def test_the_error_of_a_fluid_goes_as_its_particles_and_its_steps(result, tmp_pa
         result(**{f"{name}_{knob}_error": source.error for knob, source in sources_found.items()})
         assert each.limiting.knob.name == "particles"
         assert sources_found["particles"].law.order == pytest.approx(2.0, abs=0.7)
-        assert sources_found["timestep_factor"].law.order == pytest.approx(2.0, abs=0.4)
+        assert sources_found["timestep_factor"].law.order == pytest.approx(2.0, abs=0.1)
         # What is known of the default is that of the exact flow: a hundredth of it is the steps'.
         assert sources_found["timestep_factor"].error < 0.1 * sources_found["particles"].error
     together = [setting for setting in table.measured if setting.knob == "balanced"]
