@@ -28,7 +28,8 @@ class Limits:
 
 def passed(length: Any, speed: Any) -> Any:
     """The longest step in which nothing, at most that fast about the middle, goes deep into what is apart."""
-    return 0.5 * DEPTH * length / np.maximum(speed, 1e-300)
+    with np.errstate(over="ignore"):  # of what rests it is infinite
+        return 0.5 * DEPTH * length / np.maximum(speed, 1e-300)
 
 
 NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones((len(PARTS), 1)))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, machine, piloted
+from astroinertia.costs import course, limits, machine, piloted
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
@@ -55,3 +55,9 @@ def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
     exact = scene.body.core(1.0, 1.0)
     assert sizes[-1] == pytest.approx(float(exact.scale_factor(times[-1])), rel=0.05)
     assert course.done(scene).steps[-1] == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
+
+
+def test_what_rests_in_a_huge_body_limits_no_step():
+    """There is no warning of an overflow, as plans in huge units had; what moves is limited as ever."""
+    assert limits.passed(np.array([1e18, 2e18]), np.zeros(2)).tolist() == [np.inf, np.inf]
+    assert limits.passed(2.0, 4.0) == 0.25 * limits.DEPTH
