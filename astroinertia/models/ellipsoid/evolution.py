@@ -130,7 +130,8 @@ class Ellipsoid:
 
     def density_now(self) -> float:
         """The largest density."""
-        return self.density / float(np.linalg.det(np.asarray(self.state.deformation)))
+        volume = float(np.linalg.det(np.asarray(self.state.deformation)))
+        return self.density / volume if volume > 0.0 else np.inf  # as flat as rounding
 
     def _seen(self) -> affine_body.Observed:
         with jax.enable_x64(True):
