@@ -95,9 +95,10 @@ def rounded_up(steps: np.ndarray) -> np.ndarray:
     def integral(x: np.ndarray) -> np.ndarray:
         return (np.floor(x) + 1.0) * (x - 0.5 * np.floor(x))
 
-    width = 2.0 * ACCURACY * steps
-    spread = integral((1.0 + ACCURACY) * steps) - integral((1.0 - ACCURACY) * steps)
-    return np.where(width > 0.0, spread / np.where(width > 0.0, width, 1.0), 1.0)
+    few = np.minimum(steps, 1e6)  # of more, all the rest counts: squares of huge numbers would overflow
+    width = 2.0 * ACCURACY * few
+    spread = integral((1.0 + ACCURACY) * few) - integral((1.0 - ACCURACY) * few)
+    return np.where(width > 0.0, spread / np.where(width > 0.0, width, 1.0), 1.0) + (steps - few)
 
 
 def evaluation(scene: Scene, particles: int, machine: Machine, crowding: float = 1.0) -> dict[str, Seconds]:

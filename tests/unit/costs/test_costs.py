@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from astroinertia.costs import course, experience, machine, piloted, plan_lines
-from astroinertia.costs.evaluations import Counts, evaluation, images, run_of_steps
+from astroinertia.costs.evaluations import Counts, evaluation, images, rounded_up, run_of_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
@@ -330,6 +330,7 @@ def test_steps_are_rounded_up_to_the_times_of_outputs():
     assert own.meeting(50.0).steps == pytest.approx(125.0)
     assert own.meeting(1000.0).steps == pytest.approx(1000.0)
     assert own.meeting(0.0) == own  # a run that ends before the first time
+    assert rounded_up(np.array([2e6, 1e300])).tolist() == pytest.approx([2e6 + 0.5, 1e300])  # without an overflow
     more = pilot({"pressure": [1.0] * 110}).counts(110).meeting(100.0)  # 1.1 from one time to the next are two
     assert more.steps == pytest.approx(200.0)
     uneven = pilot({"pressure": [50.0] + [0.5] * 100}).counts(100).meeting(10.0)  # 5 times in one step, 5 in 100
