@@ -95,7 +95,7 @@ def rounded_up(steps: np.ndarray) -> np.ndarray:
     def integral(x: np.ndarray) -> np.ndarray:
         return (np.floor(x) + 1.0) * (x - 0.5 * np.floor(x))
 
-    few = np.minimum(steps, 1e6)  # of more, all the rest counts: squares of huge numbers would overflow
+    few = np.minimum(steps, 1e6)  # to more of them half a step is added as well; their squares could overflow
     width = 2.0 * ACCURACY * few
     spread = integral((1.0 + ACCURACY) * few) - integral((1.0 - ACCURACY) * few)
     return np.where(width > 0.0, spread / np.where(width > 0.0, width, 1.0), 1.0) + (steps - few)

@@ -96,7 +96,7 @@ def test_needles_and_discs_of_axis_ratios_to_a_million():
         assert last["ledger_closure"] < 1e-12
 
 
-def test_a_body_thinner_than_rounding_is_recorded():
+def test_the_density_of_a_body_thinner_than_rounding_is_infinite():
     """Of axes 1e-34, 0.5 and 29, turned as random scenes had them: their product is 0 in double precision."""
     body = started(affine_scenes.incompressible([1.0, 1.0, 1.0], STILL))
     body.state = body.state._replace(deformation=np.ones((3, 3)))
