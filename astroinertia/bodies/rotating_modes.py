@@ -69,7 +69,7 @@ def bar_mode(
 
     Of the two bars of a star that is stable, that which turns more slowly, or backwards, and with viscosity that which
     grows, or decays more slowly. kinematic_viscosity: the same everywhere, with a bulk viscosity so many times the
-    shear viscosity (5/3 for particles, effects/shear_viscosity.py). NumericalError where two degrees of trial
+    shear viscosity (5/3 for particles, effects/kinds/shear_viscosity.py). NumericalError where two degrees of trial
     displacements disagree; ValueError for viscosity in a star that it would make turn otherwise.
     Test: tests/unit/bodies/test_rotating_modes.py.
     """

@@ -48,7 +48,7 @@ class Entry:
     @property
     def module(self) -> str:
         """The module of its class."""
-        return f"astroinertia.effects.{self.kind}" if self.made is None else self.made.__module__
+        return f"astroinertia.effects.kinds.{self.kind}" if self.made is None else self.made.__module__
 
     @property
     def class_name(self) -> str:

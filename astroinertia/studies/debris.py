@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from astroinertia.effects.tide import Tide
+from astroinertia.effects.kinds.tide import Tide
 from astroinertia.process.quantities import with_quantities
 
 _MOST_ROUNDS = 50

@@ -6,7 +6,7 @@ import numpy as np
 from point_sets import PointSet
 
 from astroinertia.build.assemble import prepare
-from astroinertia.effects.gravity import SOFTENING
+from astroinertia.effects.kinds.gravity import SOFTENING
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS, Particles
 from astroinertia.scene import load
 

@@ -112,7 +112,7 @@ def test_a_new_effect_changes_no_operation_of_scenes_that_do_not_list_it(tmp_pat
     copy = tmp_path / "astroinertia"
     shutil.copytree(ROOT / "astroinertia", copy)  # with its bytecode, which stays valid
     shutil.copytree(ROOT / "data", tmp_path / "data", ignore=shutil.ignore_patterns("pictures"))
-    (copy / "effects" / "newcomer.py").write_text(NEW)
+    (copy / "effects" / "kinds" / "newcomer.py").write_text(NEW)
     catalogue = copy / "effects" / "catalogue.py"
     catalogue.write_text(catalogue.read_text().replace("\n\ndef load(kind", ENTRY + "\n\ndef load(kind"))
     scene = scene_of("free_expansion")
@@ -122,5 +122,5 @@ def test_a_new_effect_changes_no_operation_of_scenes_that_do_not_list_it(tmp_pat
     assert (after.program, after.generated) == (before.program, before.generated)
     asking = scene.model_copy(update={"source": f"{scene.source}\n[effects.newcomer]\n"})
     answer = absence._asked(asking, None, 0)
-    assert answer["traced"]["newcomer"] > 0 and "astroinertia.effects.newcomer" in answer["modules"]
+    assert answer["traced"]["newcomer"] > 0 and "astroinertia.effects.kinds.newcomer" in answer["modules"]
     assert answer["program"] != before.program

@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
-from astroinertia.effects.gravity_gradient import GravityGradient
+from astroinertia.effects.kinds.gravity_gradient import GravityGradient
 from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.rotation import cassini, precession

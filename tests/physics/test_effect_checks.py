@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects import catalogue, conduction, deleptonisation, gravity, pressure, shear_viscosity, viscosity
-from astroinertia.effects.radiation_reaction import Waves
+from astroinertia.effects import catalogue
+from astroinertia.effects.kinds import conduction, deleptonisation, gravity, pressure, shear_viscosity, viscosity
+from astroinertia.effects.kinds.radiation_reaction import Waves
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.gravity import direct

@@ -197,6 +197,7 @@ PLAIN = (
     "field_entries",
     "fluid_entries",
     "heat_entries",
+    "kinds",
     "own",
     "particle_names",
     "particle_parts",
@@ -372,10 +373,10 @@ RESULTS = """
 
 def test_free_expansion_builds_no_gravity_and_does_not_depend_on_what_is_imported() -> None:
     alone, among_all = (in_a_fresh_process(RESULTS, which) for which in ("alone", "everything"))
-    assert "astroinertia.effects.pressure" in alone["modules"]
-    assert "astroinertia.effects.gravity" not in alone["modules"]
+    assert "astroinertia.effects.kinds.pressure" in alone["modules"]
+    assert "astroinertia.effects.kinds.gravity" not in alone["modules"]
     assert not any(name.startswith("astroinertia.gravity.") for name in alone["modules"])
-    assert "astroinertia.effects.gravity" in among_all["modules"]
+    assert "astroinertia.effects.kinds.gravity" in among_all["modules"]
     assert alone["sums"] == among_all["sums"] == ["pressure"]
     assert alone["zeta"] is False
     assert any("neighbour_pass_pressure" in name for name in alone["passes"])

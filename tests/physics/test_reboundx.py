@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import rebound
 
-from astroinertia.effects.gravity_gradient import GravityGradient, quadrupole_attraction
-from astroinertia.effects.tidal_torque import TidalTorque
+from astroinertia.effects.kinds.gravity_gradient import GravityGradient, quadrupole_attraction
+from astroinertia.effects.kinds.tidal_torque import TidalTorque
 from astroinertia.inertia.gravity_field import ellipsoid_field
 from astroinertia.interop.reboundx import gravitational_harmonics
 from astroinertia.models.rigid import body as rigid

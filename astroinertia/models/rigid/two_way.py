@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.effects.gravity_gradient import quadrupole_attraction
+from astroinertia.effects.kinds.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint

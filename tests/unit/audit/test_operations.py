@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.audit.operations import COMMON, of_text, of_trace
-from astroinertia.effects import pressure, viscosity
+from astroinertia.effects.kinds import pressure, viscosity
 from astroinertia.engines.numba_source import Sources
 
 

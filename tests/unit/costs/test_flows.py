@@ -7,7 +7,7 @@ import pytest
 
 from astroinertia.costs import flows
 from astroinertia.costs.signals import agreement, fastest
-from astroinertia.effects import pressure, viscosity
+from astroinertia.effects.kinds import pressure, viscosity
 from astroinertia.scene import load
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
 from astroinertia.test_problems import noh, sedov

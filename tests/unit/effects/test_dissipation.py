@@ -14,7 +14,7 @@ import astroinertia
 from astroinertia.build.assemble import prepare
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import curl_size, gradient, shear, trace
-from astroinertia.effects.viscosity import isotropic_part
+from astroinertia.effects.kinds.viscosity import isotropic_part
 from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.errors import SceneError
 from astroinertia.matter.cold_matter import Hybrid

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from astroinertia.effects.gravity import SOFTENING
+from astroinertia.effects.kinds.gravity import SOFTENING
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.together import FEWEST, SMALLEST, Together
 from astroinertia.gravity import multipole

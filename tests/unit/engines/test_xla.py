@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects.gravity import SOFTENING
+from astroinertia.effects.kinds.gravity import SOFTENING
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity.direct import DIRECT_GRAVITY

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.assemble import prepare
-from astroinertia.effects import deleptonisation
+from astroinertia.effects.kinds import deleptonisation
 from astroinertia.errors import SceneError
 from astroinertia.matter.finite_temperature import is_finite_temperature, read_finite_temperature
 from astroinertia.matter.isentropes import isentropes, tabulated

@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from astroinertia.effects.gravity_gradient import GravityGradient
+from astroinertia.effects.kinds.gravity_gradient import GravityGradient
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.models.rigid.two_way import CoupledRigidBody

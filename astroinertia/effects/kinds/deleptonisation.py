@@ -134,7 +134,7 @@ class Deleptonisation(Effect):
     much it is. The same electrons are in nuclear matter, whose other pressure is the equation of state's.
     Matter of a table over electron fractions has the P, u and mu of that table in place of those formulas
     (matter.electron_axis). mass_unit, length_unit: what a scene in code units has as its units, in kg and m.
-    Tests: tests/unit/effects/test_deleptonisation.py.
+    Tests: tests/unit/effects/kinds/test_deleptonisation.py.
     """
 
     fit: str = field(default="G15", metadata={"static": True})

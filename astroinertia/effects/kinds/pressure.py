@@ -159,7 +159,7 @@ class Pressure(Effect):
 
         du_i/dt = (P_i/rho_i) sum_j m_j v_r dW_i [V_ij rhat.C_i^-1.rhat - 1/(Omega_i rho_i)],
 
-    with which energy is exact. Tests: tests/unit/effects/test_pressure.py.
+    with which energy is exact. Tests: tests/unit/effects/kinds/test_pressure.py.
     """
 
     order: Literal["second", "fourth"] = field(default="second", metadata={"static": True})

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.effects.gravity_gradient import GravityGradient, quadrupole_attraction
+from astroinertia.effects.kinds.gravity_gradient import GravityGradient, quadrupole_attraction
 from astroinertia.inertia.tensor import inertia_tensor
 
 MASSES, PLACES = np.array([3.0, 0.5]), np.array([[40.0, -30.0, 20.0], [-10.0, 25.0, 5.0]])

@@ -17,7 +17,7 @@ class GravityGradient(Effect):
 
     MacCullagh's formula: the body's field to its quadrupole, which leaves out terms of the order of its radius over r
     (Murray & Dermott 1999, Solar System Dynamics, section 5.2; Goldstein, Poole & Safko 2002, eq. 5.86 and 5.88).
-    Checked by tests/unit/effects/test_gravity_gradient.py.
+    Checked by tests/unit/effects/kinds/test_gravity_gradient.py.
     """
 
     kind: ClassVar[str] = "gravity_gradient"
@@ -63,7 +63,7 @@ def quadrupole_attraction(body: Any) -> Any:
     """Accelerations of companions by the body's quadrupole, (N, 3): 3/(2 r^4) [(5 n . I n - tr I) n - 2 I n].
 
     The forces are the slope of the effect's potential, and with its torque leave the angular momentum of all as it is.
-    Checked by tests/unit/effects/test_gravity_gradient.py.
+    Checked by tests/unit/effects/kinds/test_gravity_gradient.py.
     """
     place = body.companions.position(body.time)
     square = jnp.sum(place**2, axis=-1, keepdims=True)

@@ -9,7 +9,7 @@ import pytest
 
 from astroinertia.build.assemble import prepare
 from astroinertia.effects.catalogue import build
-from astroinertia.effects.pressure import contact
+from astroinertia.effects.kinds.pressure import contact
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.errors import SceneError
 from astroinertia.matter.gases import Ideal

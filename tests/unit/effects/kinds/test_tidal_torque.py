@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects.catalogue import build
-from astroinertia.effects.tidal_torque import TidalTorque
+from astroinertia.effects.kinds.tidal_torque import TidalTorque
 from astroinertia.matter.rheology import andrade, maxwell
 from astroinertia.rotation.tides import tides
 

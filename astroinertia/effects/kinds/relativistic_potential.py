@@ -37,7 +37,7 @@ class RelativisticPotential(Effect):
     potential energy, as pressure and motion weigh: its work comes from outside, and the energy that is conserved is the
     Newtonian one less that work. One round body alone: nothing of it is relativistic but the mean weight, and space,
     speeds and time stay Newton's. A horizon, 2 m = r c^2 at rest, leaves no number, which ends the run.
-    Tests: tests/unit/effects/test_relativistic_potential.py.
+    Tests: tests/unit/effects/kinds/test_relativistic_potential.py.
     """
 
     speed_of_light: Any

@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.bodies.tov import structure
 from astroinertia.effects import catalogue
-from astroinertia.effects.relativistic_potential import shell_ends
+from astroinertia.effects.kinds.relativistic_potential import shell_ends
 from astroinertia.errors import SceneError
 from astroinertia.matter.compact_stars import read2009
 from astroinertia.scene.load import loads
@@ -165,7 +165,7 @@ def test_every_particle_is_in_one_shell() -> None:
 
 
 def test_it_is_refused_without_the_gravity_that_it_strengthens() -> None:
-    text = (Path(__file__).parents[3] / "sims" / "neutron_star.toml").read_text()
+    text = (Path(__file__).parents[4] / "sims" / "neutron_star.toml").read_text()
     alone = text.replace('[effects.gravity]\norder = "fourth"\n', "")
     assert alone != text
     with pytest.raises(

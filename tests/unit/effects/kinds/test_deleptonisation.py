@@ -18,7 +18,8 @@ from scipy.optimize import minimize_scalar
 
 from astroinertia.build import sph
 from astroinertia.build.effects import effects_of
-from astroinertia.effects import catalogue, deleptonisation as leptons
+from astroinertia.effects import catalogue
+from astroinertia.effects.kinds import deleptonisation as leptons
 from astroinertia.errors import SceneError
 from astroinertia.matter.electron_axis import electron_axis
 from astroinertia.models.sph.record import energy_budget, snapshot_record
