@@ -1,6 +1,6 @@
 """Proof of absence: what the program of a scene holds of each effect, called for or not, and what each one costs.
 
-Everything is looked up in what was really imported, traced and generated, by an interpreter of its own that has done
+Everything is looked up in what was really made, traced and generated, by an interpreter of its own that has done
 nothing else: the text of a scene is all that it is given. Tests: tests/unit/audit/test_operations.py,
 tests/physics/test_audit.py.
 """
@@ -22,7 +22,8 @@ STEPS = 8  # of which the median is taken for a cost
 
 @dataclass(frozen=True)
 class Share:
-    """What is there of one effect: operations of a step as traced (xla) and as generated (numba), arrays, its module.
+    """What is there of one effect: operations of a step as traced (xla) and as generated (numba), arrays of the state,
+    and objects of its class in the memory of the program.
 
     seconds: of a step, that leaving it out saves; None where that was not measured.
     """
@@ -32,13 +33,13 @@ class Share:
     traced: int
     compiled: int
     arrays: int
-    imported: bool
+    objects: int
     seconds: float | None = None
 
     @property
     def present(self) -> bool:
         """Whether anything of it is there."""
-        return bool(self.traced or self.compiled or self.arrays or self.imported)
+        return bool(self.traced or self.compiled or self.arrays or self.objects)
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def audited(scene: Scene) -> Audit:
             counts["traced"].get(kind, 0),
             counts["compiled"].get(kind, 0),
             counts["arrays"].get(kind, 0),
-            entry.module in counts["modules"],
+            counts["objects"][kind],
         )
         for kind, entry in scene.entries.items()
         if kind in scene.effects or scene.model in entry.models

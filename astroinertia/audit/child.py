@@ -1,13 +1,15 @@
-"""What an interpreter finds that has imported nothing but what a scene calls for: run by `audit.audited`.
+"""What an interpreter finds that has made nothing but what a scene calls for: run by `audit.audited`.
 
 Reads {"scene": TOML text, "origin": folder, "overrides": [...], "leave_out": kind or null, "steps": number} from its
 input and writes what it found as JSON.
 """
 
+import gc
 import hashlib
 import json
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -36,19 +38,18 @@ def small(scene: Scene) -> Scene:
 
 
 def counts(scene: Scene) -> dict[str, Any]:
-    """Operations, arrays and modules of each effect in one step of the scene."""
+    """Operations, arrays and objects of each effect in one step of the scene."""
     scene = small(scene)
     with jax.enable_x64(True):
         prepared = prepare(scene)
         evolution = prepared.evolution
         evolution.advance(1e-3 * prepared.outputs.end)
     texts = generated()
-    # What tracing imports is not the scene's.
     owners = {entry.module: kind for kind, entry in scene.entries.items()}
-    modules = sorted(name for name in sys.modules if name.startswith("astroinertia.") or name in owners)
+    objects = Counter(map(type, gc.get_objects()))  # what tracing makes is not the scene's
     program = programs.traced(scene, evolution)
     return {
-        "modules": [name for name in modules if not name.startswith("astroinertia.audit")],
+        "objects": {kind: objects[entry.made] for kind, entry in scene.entries.items()},
         "generated": sorted(texts),
         "compiled": operations.added(operations.of_text(text, owners) for text in texts.values()),
         "traced": {} if program is None else dict(operations.of_trace(program)),

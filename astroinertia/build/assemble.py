@@ -119,8 +119,8 @@ def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, st
     own_kinds, fluid, body = own_bodies.entries(others)
     kinds = {"own_effects": {*own_kinds, *EFFECTS.offered(), *CATALOGUE}}
     kinds["own_observables"] = {*observed, *own_observables.OBSERVABLES.offered()}
-    kinds["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}  # type: ignore[union-attr]
-    kinds["own_bodies"] = {*own_bodies.BODIES.offered(), *((body.made.kind,) if body else ())}  # type: ignore[union-attr]
+    kinds["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}
+    kinds["own_bodies"] = {*own_bodies.BODIES.offered(), *((body.made.kind,) if body else ())}
     return [(name, kind) for name, here in kinds.items() for kind in archive.metadata.get(name, {}) if kind not in here]
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def add_arguments(add: Add) -> None:
     """Add the options of `plan --audit`."""
     add("--audit", action="store_true",
-        help="prove absence: run one step in an interpreter of its own and count the operations, arrays and modules of "
+        help="prove absence: run one step in an interpreter of its own and count the operations, arrays and objects of "
         "every effect; with particles also what a step takes without each one, which compiles again")  # fmt: skip
 
 
@@ -33,13 +33,13 @@ def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
 def table(audit: "Audit") -> Table:
     """The audit as it is shown: effects called for first."""
     shown = titled("\nwhat the program of a step holds")
-    columns = ("effect", "called for", "traced operations", "generated operations", "arrays", "imported", "of a step")
+    columns = ("effect", "called for", "traced operations", "generated operations", "arrays", "objects", "of a step")
     for number, name in enumerate(columns):
         shown.add_column(name, justify="left" if number < 2 else "right")
     for share in sorted(audit.shares, key=lambda share: not share.listed):
         style = "green" if share.listed else "dim" if not share.present else "bold red"
         cost = "" if share.seconds is None or not audit.seconds else f"{100.0 * share.seconds / audit.seconds:.0f} %"
-        counts = (str(share.traced), str(share.compiled), str(share.arrays), "yes" if share.imported else "no")
+        counts = (str(share.traced), str(share.compiled), str(share.arrays), str(share.objects))
         shown.add_row(Text(share.kind, style=style), "yes" if share.listed else "no", *counts, cost)
     shown.add_row("every scene", "", str(audit.common_traced), str(audit.common_compiled), "", "", "")
     return shown
@@ -51,7 +51,7 @@ def verdict(audit: "Audit") -> str:
     if present:
         return f"NOT ABSENT, though not called for: {', '.join(present)}."
     left = sum(not share.listed for share in audit.shares)
-    summary = f"Of the {left} effects that are not called for there is no operation, no array and no module."
+    summary = f"Of the {left} effects that are not called for there is no operation, no array and no object."
     if audit.seconds is None:
         return summary
     step = f"A step takes {1e3 * audit.seconds:.3g} ms"

@@ -1,18 +1,16 @@
-"""Every effect that a scene can list: its options, where it lives and what it costs, as plain data.
+"""Every effect that a scene can list: its class, its options and what it costs.
 
-A scene never names code: it names a kind, which is looked up here, and only that kind's module is imported.
+An effect is one module of effects.kinds, with a class and its `ENTRY`, by the name of its kind; nothing else names it.
+A scene names no code: it names a kind, which is looked up here.
 """
 
-import importlib
+import pkgutil
 from collections.abc import Mapping
-from dataclasses import replace
+from importlib import import_module
 from typing import Any
 
+from astroinertia.effects import kinds
 from astroinertia.effects.entries import AXIS as AXIS, FORCE_ERROR as FORCE_ERROR, Entry as Entry
-from astroinertia.effects.field_entries import FIELDS
-from astroinertia.effects.fluid_entries import FLUID
-from astroinertia.effects.heat_entries import HEAT
-from astroinertia.effects.rigid_entries import RIGID
 from astroinertia.units import (
     ALL_MODELS as ALL_MODELS,
     LIGHT as LIGHT,
@@ -22,15 +20,11 @@ from astroinertia.units import (
     choice as choice,
 )
 
-CATALOGUE: Mapping[str, Entry] = {
-    kind: replace(entry, kind=kind) for kind, entry in {**FLUID, **FIELDS, **HEAT, **RIGID}.items()
+_FOUND = {
+    module.name: import_module(f"astroinertia.effects.kinds.{module.name}").ENTRY
+    for module in pkgutil.iter_modules(kinds.__path__)
 }
-
-
-def load(kind: str, entries: Mapping[str, Entry] = CATALOGUE) -> type:
-    """The class of an effect, importing its module and no other effect's; KeyError for an unknown kind."""
-    entry = entries[kind]
-    return entry.made or getattr(importlib.import_module(entry.module), entry.class_name)
+CATALOGUE: Mapping[str, Entry] = dict(sorted(_FOUND.items(), key=lambda item: (item[1].rank, item[0])))
 
 
 def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[str, Entry] = CATALOGUE) -> Any:
@@ -47,4 +41,4 @@ def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[
         values[name] = value
     if remaining:
         raise ValueError(f"{next(iter(remaining))} is not an option of {kind}")
-    return load(kind, entries).from_options(values)
+    return entries[kind].made.from_options(values)

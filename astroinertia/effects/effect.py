@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, ClassVar, Self
 
-import jax
 import numpy as np
 
 from astroinertia.effects.affine_parts import AffineParts
@@ -30,6 +29,8 @@ def scoped(kind: str, part: Callable) -> Callable:
 
     @functools.wraps(part)
     def named(*arguments: Any) -> Any:
+        import jax  # only here: what only describes effects need not wait for it
+
         with jax.named_scope(f"effect:{kind}"):
             return part(*arguments)
 
@@ -38,6 +39,8 @@ def scoped(kind: str, part: Callable) -> Callable:
 
 def is_pytree(made: type) -> bool:
     """Whether JAX knows the parts of a class, by @pytree."""
+    import jax
+
     return not jax.tree_util.all_leaves([object.__new__(made)])
 
 

@@ -1,11 +1,11 @@
-"""What the catalogue of effects is made of: entries, as plain data."""
+"""What the catalogue of effects is made of: an entry for each, which stands beside its class."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from astroinertia.effects.measure import Measure
-from astroinertia.units import Option
+from astroinertia.units import Option, choice
 
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
 Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
@@ -22,9 +22,9 @@ class Entry:
     candidates: "always", where there are "companions", or where bodies or kinds of matter are "touching". needs: the
     effects that it cannot be without. gradients: whether it asks for a pass over gradients, from its options.
     limit_power: of the number of particles, that its time-step limit falls with. presses: whether it adds to the
-    pressure of matter, `further_pressure` of its class. kind: that of an effect of this package, whose module has that
-    name. made: the class of what is not of this package; package: name and version of the one that it comes from, empty
-    where it was given from Python.
+    pressure of matter, `further_pressure` of its class. package: name and version of the one that it comes from, empty
+    where it was given from Python or is of this package. rank: its place in lists; those of one rank by their names.
+    made: its class.
     """
 
     text: str
@@ -41,29 +41,25 @@ class Entry:
     gradients: Callable[[Mapping[str, Any]], bool] | None = None
     limit_power: float = 0.0
     presses: bool = False
-    kind: str = ""
-    made: type | None = None
     package: str = ""
+    rank: int = 100
+    made: Any = field(kw_only=True)
 
     @property
     def module(self) -> str:
         """The module of its class."""
-        return f"astroinertia.effects.kinds.{self.kind}" if self.made is None else self.made.__module__
-
-    @property
-    def class_name(self) -> str:
-        """The name of its class: of this package, the kind's words written together."""
-        return self.kind.title().replace("_", "") if self.made is None else self.made.__name__
+        return self.made.__module__
 
     @property
     def origin(self) -> str:
         """Where it comes from, in words; empty for an effect of this package."""
-        if self.made is None:
+        if self.module.startswith("astroinertia.effects.kinds."):
             return ""
         thing = "function" if hasattr(self.made, "function") else "class"
         return self.package or f"the {thing} {self.made.__qualname__} of {self.module}, given from Python"
 
 
+FRAME = choice("the axes that it is given in", "inertial", "body")  # of torques
 AXIS = (0.0, 0.0, 1.0)
 FORCE_ERROR = 2e-4  # of gravity, wanted rms of |da|/|a|: less than the fluid's own discretisation leaves
 DIFFUSION_PART = 0.125  # of h^2/nu, that the limit of viscous steps is (Morris, Fox & Zhu 1997, JCP 136, 214, eq. 20)

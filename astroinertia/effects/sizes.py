@@ -1,8 +1,8 @@
 """How large every effect is in a scene: a dimensionless number, and by what part I and spin would change without it.
 
 Upper estimates, within a factor of MARGIN: what is secular grows with the run, what a collapse makes large counts as
-soon as the run is as long as the fall. How each is found stands beside its options (fluid_entries, field_entries,
-heat_entries, rigid_entries), which import no effect. Tests: tests/unit/effects/test_sizes.py.
+soon as the run is as long as the fall. How each is found stands beside its options, in its module of
+effects.kinds. Tests: tests/unit/effects/test_sizes.py.
 """
 
 from dataclasses import dataclass

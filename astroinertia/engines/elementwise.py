@@ -20,9 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.engines import numba_vectors
 from astroinertia.engines.few import FEW
-from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
@@ -272,6 +270,8 @@ def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Ca
 def _compiled(
     kind: str, function: Callable, sources: Sources, arrays: list[str], flags: str, lines: list[str], before: str = ""
 ) -> Callable:
+    from astroinertia.engines.numba_cache import load_module, taken_from  # with numba: only what is run waits for it
+
     loop = LOOP.format(flags=flags, chunk=CHUNK, arrays="".join(f", {name}" for name in arrays))
     loop += "\n".join(f"        {line}" for line in lines) + "\n"
     text = "\n".join([taken_from(_shared()), sources.text(), "", before, "", loop])
@@ -281,6 +281,9 @@ def _compiled(
 @functools.cache
 def _shared() -> ModuleType:
     # What all loops have in common is compiled once a process.
+    from astroinertia.engines import numba_vectors
+    from astroinertia.engines.numba_cache import load_module
+
     elementary = template("engines/numba_elementary.py")
     return load_module("parts_of_loops", "\n".join([inspect.getsource(numba_vectors), elementary, HEADER]))
 

@@ -6,15 +6,18 @@ The functions release Python's lock, so plain threads do; nothing depends on whi
 import functools
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import config
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
 
 
 def available_threads() -> int:
     """Threads that a loop is shared out over unless set otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
+    from numba import config  # only here: what only describes loops need not wait for it
+
     return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
@@ -33,6 +36,8 @@ def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> No
 
 
 @functools.lru_cache(maxsize=4)
-def _pool(process: int, threads: int) -> ThreadPoolExecutor:
+def _pool(process: int, threads: int) -> "ThreadPoolExecutor":
+    from concurrent.futures import ThreadPoolExecutor
+
     # A forked process has none of its parent's threads, and must start its own.
     return ThreadPoolExecutor(threads, thread_name_prefix=f"pair-sums-{process}")

@@ -322,7 +322,7 @@ def _observables(tables: dict[str, Any], code: bool, classes: Mapping[str, Entry
         if model in ALL_MODELS and model not in entry.models:
             raise Problem((table, kind), f" belongs to the model {' or '.join(entry.models)}, not {model}.", table=True)
         try:
-            entry.made(**options[kind])  # type: ignore[misc]
+            entry.made(**options[kind])
         except ValueError as error:
             raise Problem((table, kind), f" {error}", table=True) from None
     return {"observables": options, "observed": entries}
@@ -347,7 +347,7 @@ def _own_body(table: dict[str, Any], own: Entry | None, code: bool) -> dict[str,
     kind = table.get("kind")
     if not isinstance(kind, str):
         return table
-    entry = own if own is not None and own.made and own.made.kind == kind else own_bodies.installed(kind)  # type: ignore[attr-defined]
+    entry = own if own is not None and own.made.kind == kind else own_bodies.installed(kind)
     if entry is None:
         if kind not in KINDS["body"]:
             raise wrong_choice(("body", "kind"), kind, [*KINDS["body"], *own_bodies.BODIES.offered()])

@@ -1,4 +1,4 @@
-"""The options of the effects that a scene lists, checked against plain data: no effect's module is imported here."""
+"""The options of the effects that a scene lists, checked against what their entries say."""
 
 from collections.abc import Mapping
 from typing import Any

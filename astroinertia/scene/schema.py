@@ -279,7 +279,7 @@ class Scene(Part, metaclass=_Called):
     @property
     def own_classes(self) -> tuple[type, ...]:
         """The classes that were given from Python, which its text alone does not bring back."""
-        return tuple(entry.made for entry in self.outside if entry.made is not None and not entry.package)
+        return tuple(entry.made for entry in self.outside if not entry.package)
 
     @property
     def outside(self) -> tuple[Entry, ...]:

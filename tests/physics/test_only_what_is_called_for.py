@@ -1,4 +1,4 @@
-"""A scene without an effect has nothing of it: no module, no operation in what is compiled, no bit of the results.
+"""A scene without an effect has nothing of it: no object, no operation in what is compiled, no bit of the results.
 
 Each test first shows that it finds an effect that is listed.
 """
@@ -133,10 +133,11 @@ def in_a_fresh_process(program: str, *arguments: str) -> Any:
     return json.loads(run.stdout.splitlines()[-1])
 
 
-# Modules
+# Objects and modules
 
 IMPORTS = """
-    import json, sys
+    import gc, json, sys
+    from collections import Counter
     from dataclasses import replace
     import numpy as np
     from astroinertia.cli import main
@@ -152,10 +153,13 @@ IMPORTS = """
     from astroinertia.scene import load, plan
     from tests.pairs import PlainEngine
     found = []
+    def made():
+        objects = Counter(map(type, gc.get_objects()))
+        return [kind for kind, entry in catalogue.CATALOGUE.items() if objects[entry.made]]
     def imported():
-        rooms = ("astroinertia.effects.", "astroinertia.gravity.", "astroinertia.models.sph.sinks")
+        rooms = ("astroinertia.gravity.", "astroinertia.models.sph.sinks")
         return sorted(name for name in sys.modules if name.startswith(rooms))
-    found.append(imported())
+    found.append([made(), imported()])
     for text in json.loads(sys.argv[1]):
         scene = load.loads(text)
         plan.plan(scene)
@@ -175,44 +179,19 @@ IMPORTS = """
         )
         state = step(problem, arrangement, state, 1e-3)
         record.series_record(problem, arrangement, state, None)
-        found.append(imported())
+        found.append([made(), imported()])
     print(json.dumps(found))
 """
-ALONGSIDE = {
-    "gravity": {"astroinertia.gravity.direct", "astroinertia.gravity.clamped_points"},
-    "tide": {"astroinertia.gravity.point_masses"},
-    "companions": {"astroinertia.gravity.point_masses"},
-    "sinks": {"astroinertia.gravity.point_masses", "astroinertia.models.sph.sinks"},
-    "pressure": {"astroinertia.effects.gradients"},
-    "viscosity": {"astroinertia.effects.gradients"},
-    "cooling": {"astroinertia.effects.heat_exchange"},
-    "neutrino_loss": {"astroinertia.effects.heat_exchange"},
-}
-PLAIN = (
-    "affine_parts",
-    "catalogue",
-    "doors",
-    "effect",
-    "entries",
-    "field_entries",
-    "fluid_entries",
-    "heat_entries",
-    "kinds",
-    "own",
-    "particle_names",
-    "particle_parts",
-    "rigid_entries",
-    "rigid_parts",
-)  # data and small functions, no effect
-SIZES = ("characteristic", "measure", "one_zone", "sizes")
-ALWAYS = {f"astroinertia.effects.{name}" for name in (*PLAIN, *SIZES)}
+# Pair functions and sums over few points, which effects are described with.
+ALWAYS = {f"astroinertia.gravity.{name}" for name in ("clamped_points", "direct", "point_masses")}
+ALONGSIDE = {"sinks": {"astroinertia.models.sph.sinks"}}
 
 
 @pytest.mark.parametrize(
     "backwards", [False, pytest.param(True, marks=pytest.mark.full)], ids=["in order", "in reverse"]
 )
-def test_only_the_modules_of_listed_effects_are_imported(backwards: bool) -> None:
-    """Effects listed one after the other, each scene run for a step: the modules come with them and not before.
+def test_only_listed_effects_are_made_and_only_what_they_need_is_imported(backwards: bool) -> None:
+    """Effects listed one after the other, each scene run for a step: objects and modules come with them, not before.
 
     In both orders, so that of any two effects each is seen without the other, but for one that acts beside the other
     alone.
@@ -222,11 +201,12 @@ def test_only_the_modules_of_listed_effects_are_imported(backwards: bool) -> Non
     kinds = sorted(order, key=lambda kind: max(map(order.index, beside[kind])) + 0.5 * (len(beside[kind]) > 1))
     texts = [scene_text(kinds[: k + 1]) for k in range(len(kinds))]
     found = in_a_fresh_process(IMPORTS, json.dumps(texts))
-    assert set(found[0]) <= ALWAYS
+    assert found[0] == [[], sorted(ALWAYS)]
     expected = set(ALWAYS)
-    for kind, modules in zip(kinds, found[1:], strict=True):
-        expected |= {CATALOGUE[kind].module} | ALONGSIDE.get(kind, set())
-        assert set(modules) == expected, kind
+    for k, (made, modules) in enumerate(found[1:]):
+        expected |= ALONGSIDE.get(kinds[k], set())
+        assert set(made) == set(kinds[: k + 1])
+        assert set(modules) == expected, kinds[k]
 
 
 # The numba engine
@@ -340,19 +320,15 @@ def test_a_step_has_operations_of_listed_effects_only(compiled: bool) -> None:
 # Results
 
 RESULTS = """
-    import hashlib, importlib, json, sys
+    import gc, hashlib, json, sys
     from pathlib import Path
     from astroinertia.build import assemble
-    from astroinertia.effects.catalogue import CATALOGUE
-    from astroinertia.models.sph.evaluate import virial_tensors
-    from astroinertia.models.sph.first_state import initial_state
-    from astroinertia.models.sph.sorting import arranged
-    from astroinertia.models.sph.state import Problem
+    from astroinertia.effects import catalogue
     from astroinertia.models.sph.step import step
     from astroinertia.scene import load
-    if sys.argv[1] == "everything":
-        for entry in CATALOGUE.values():
-            importlib.import_module(entry.module)
+    if sys.argv[1] == "among others":
+        from astroinertia.gravity import multipole, tree
+        others = catalogue.build("gravity"), catalogue.build("viscosity")
     start = assemble.prepare(load.load_file("sims/free_expansion.toml", ["body.particles=200"])).evolution
     state = start.state
     for _ in range(5):
@@ -361,9 +337,11 @@ RESULTS = """
     for array in (state.position, state.velocity, state.entropy, state.smoothing_length, state.time):
         bits.update(array.tobytes())
     kernels = {Path(module.__file__).stem for name, module in list(sys.modules.items()) if "_pass_" in name}
+    made = set(map(type, gc.get_objects()))
     print(json.dumps({
         "bits": bits.hexdigest(),
-        "modules": [name for name in sys.modules if name.startswith("astroinertia.")],
+        "made": [kind for kind, entry in catalogue.CATALOGUE.items() if entry.made in made],
+        "gravity": [name for name in sys.modules if name.startswith("astroinertia.gravity.")],
         "passes": sorted(kernels),
         "zeta": state.rates.fluid.zeta is not None,
         "sums": sorted(state.rates.fluid.sums),
@@ -371,14 +349,14 @@ RESULTS = """
 """
 
 
-def test_free_expansion_builds_no_gravity_and_does_not_depend_on_what_is_imported() -> None:
-    alone, among_all = (in_a_fresh_process(RESULTS, which) for which in ("alone", "everything"))
-    assert "astroinertia.effects.kinds.pressure" in alone["modules"]
-    assert "astroinertia.effects.kinds.gravity" not in alone["modules"]
-    assert not any(name.startswith("astroinertia.gravity.") for name in alone["modules"])
-    assert "astroinertia.effects.kinds.gravity" in among_all["modules"]
-    assert alone["sums"] == among_all["sums"] == ["pressure"]
+def test_free_expansion_builds_no_gravity_and_does_not_depend_on_what_else_is_there() -> None:
+    alone, among_others = (in_a_fresh_process(RESULTS, which) for which in ("alone", "among others"))
+    assert alone["made"] == ["pressure"]
+    assert set(alone["gravity"]) == ALWAYS
+    assert among_others["made"] == ["gravity", "pressure", "viscosity"]
+    assert set(among_others["gravity"]) > ALWAYS
+    assert alone["sums"] == among_others["sums"] == ["pressure"]
     assert alone["zeta"] is False
     assert any("neighbour_pass_pressure" in name for name in alone["passes"])
     assert not any("gravity" in name or "all_pairs" in name or "softening" in name for name in alone["passes"])
-    assert alone["bits"] == among_all["bits"]
+    assert alone["bits"] == among_others["bits"]

@@ -5,7 +5,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, tidal_change, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
@@ -16,6 +19,7 @@ from astroinertia.gravity.point_masses import (
     tidal_energy,
     virial,
 )
+from astroinertia.units import choice, not_negative
 
 
 @pytree
@@ -101,3 +105,34 @@ class Companions(Effect):
     def potential_moves(self):
         """On prescribed orbits; the energy of live companions is in the potential, with all that they take."""
         return self.motion != "live"
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    parameters = [tidal_parameter(body, other.mass, other.nearest) for other in body.neighbours or ()]
+    return max(parameters, default=0.0), within_all(sum(tidal_change(body, parameter) for parameter in parameters))
+
+
+ENTRY = Entry(
+    "the scene's [[companions]] as point masses beside the fluid",
+    {
+        "motion": choice(
+            "orbit: on the orbits that REBOUND finds, where the body is a point mass; live: they feel the fluid's "
+            "gravity, and move with it",
+            "orbit", "live",
+        ),
+        "frame": choice(
+            "direct: inertial, with the centre of mass of all at rest; tidal: the body is at the origin, which "
+            "falls freely",
+            "tidal", "direct", default="direct",
+        ),
+        "softening": not_negative("length", 0.0, "Plummer softening of the companions"),
+    },
+    "particles", "Rein & Liu 2012; Hernquist & Katz 1989", auto="companions",
+    size=Measure(
+        "(M'/M) (R/d)^3 at the nearest",
+        "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "Murray & Dermott 1999, section 4.2", _size, ("mass", "radius", "neighbours"),
+    ),
+    made=Companions,
+    rank=10,
+)  # fmt: skip

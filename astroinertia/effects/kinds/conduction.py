@@ -3,9 +3,13 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.units import choice, not_negative
 
 NONE = 1e-100  # rates below this, in code units, are no limit
 
@@ -67,3 +71,29 @@ class Conduction(Effect):
         twice the largest of these sums (Gershgorin): below this limit.
         """
         return 1.0 / xp.maximum(self.coefficient * fluid.sums[self.kind]["rate"], NONE)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    return (1.0, 1.0) if body.touching else (0.0, 0.0)
+
+
+ENTRY = Entry(
+    "artificial conduction, which smooths jumps of thermal energy",
+    {
+        "coefficient": not_negative("dimensionless", 1.0, "strength of the exchange of thermal energy"),
+        "signal": choice(
+            "speed of the exchange: relative_velocity leaves a star in equilibrium alone, pressure_jump is for "
+            "contact discontinuities without gravity",
+            "relative_velocity", "pressure_jump",
+        ),
+    },
+    "neighbours", "Price 2008; Wadsley, Veeravalli & Couchman 2008", numerical=True, colour="orange",
+    auto="touching", needs=("pressure",), limit_power=1.0 / 3.0,
+    size=Measure(
+        "contacts of materials",
+        "all where matter of different kinds meets; a device without a size of its own else",
+        "Price 2008", _size,
+    ),
+    made=Conduction,
+    rank=4,
+)  # fmt: skip

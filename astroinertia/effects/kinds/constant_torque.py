@@ -4,10 +4,13 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import FRAME, Entry
+from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, size, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, Option, not_negative
 
 
 @pytree
@@ -49,3 +52,28 @@ class ConstantTorque(Effect):
         acts = middle > self.begin and (self.until is None or middle < self.until)
         forever = None if self.until is None else math.inf
         return replace(self, begin=-math.inf if acts else math.inf, until=forever)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    last = body.end if options["until"] is None else min(body.end, options["until"])
+    share = share_of_momentum(body, size(options["vector"]) * max(0.0, last - options["begin"]))
+    return share, within_all(share)
+
+
+ENTRY = Entry(
+    "a constant torque, in space or in the body",
+    {
+        "vector": Option("torque", REQUIRED, "the torque", shape=(3,)),
+        "frame": FRAME,
+        "begin": not_negative("time", 0.0, "when it begins"),
+        "until": not_negative("time", None, "when it ends; never without it"),
+    },
+    "body", "Goldstein, Poole & Safko 2002, section 5.5", ("rigid", "scaling"), colour="yellow",
+    size=Measure(
+        "torque times run over L",
+        "torque times the time that it acts, over L",
+        "Goldstein, Poole & Safko 2002, 1.1", _size, TURNS, ("vector",),
+    ),
+    made=ConstantTorque,
+    rank=18,
+)  # fmt: skip

@@ -1,12 +1,17 @@
 """Cooling and heating: thermal energy that matter radiates, or is given."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.heat_exchange import changing_time
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.heat_exchange import changing_time, heat_change
+from astroinertia.effects.measure import ZONE, Found, Measure, Options
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import Option, choice, not_negative, positive
 
 COLD = 1e-20  # of the reference energy: below it a power law falls no further
 
@@ -119,3 +124,62 @@ class Cooling(Effect):
             return None
         gain, decay = self.exchange(xp, fluid)
         return elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.thermal_energy is not None and body.mass is not None
+    specific = body.thermal_energy / body.mass
+    if specific == 0.0 and not options["heating_rate"]:
+        return 0.0, 0.0
+    times = 0.0
+    if options["law"] == "beta":
+        times = (body.spin or 0.0) * body.end / options["beta"]
+    elif options["time_scale"] is not None:
+        scale = options["time_scale"]
+        if options["law"] == "power_law":
+            dense = (body.central_density or 0.0) / options["reference_density"]
+            warm = specific / options["reference_energy"]
+            scale *= dense ** -options["density_exponent"] * warm ** (1.0 - options["energy_exponent"])
+        change = options["time_scale_change"] or 0.0
+        left = 1.0 + change * body.end / scale
+        times = body.end / scale if change == 0.0 else math.log(left) / change if left > 0.0 else math.inf
+    if options["floor"] is not None and specific <= options["floor"]:
+        times = 0.0
+    if options["heating_rate"]:
+        times += options["heating_rate"] * body.end / specific if specific > 0.0 else math.inf
+    return times, heat_change(body, times)
+
+
+ENTRY = Entry(
+    "cooling and heating of the matter: thermal energy that it radiates, or is given",
+    {
+        "law": choice(
+            "du/dt = -u/tau of the thermal energy u: time_scale has one tau everywhere, so that a star contracts "
+            "homologously; power_law has du/dt ~ rho^a u^b; beta has tau = beta/Omega, of the local rotation",
+            "time_scale", "power_law", "beta",
+        ),
+        "time_scale": positive("time", None, "tau at time 0; of power_law, at the reference density and energy"),
+        "time_scale_change": Option(
+            "dimensionless", None,
+            "constant change of tau with time; with -1.5 and gamma 5/3 a star that contracts has always the same "
+            "number of free-fall times for it",
+            maximum=0.0,
+        ),
+        "reference_density": positive("density", None, "of power_law: density at which tau is time_scale"),
+        "reference_energy": positive("specific_energy", None, "of power_law: thermal energy at which it is"),
+        "density_exponent": Option("dimensionless", 1.0, "a of power_law", minimum=-10.0, maximum=10.0),
+        "energy_exponent": Option("dimensionless", 0.5, "b of power_law", minimum=-9.0, maximum=10.0),
+        "beta": positive("dimensionless", None, "of the law beta: cooling time times angular velocity"),
+        "heating_rate": not_negative("specific_power", None, "heat given to all matter alike, per mass and time"),
+        "floor": not_negative("specific_energy", None, "thermal energy below which nothing is radiated"),
+        "limit": choice("what steps must resolve: the cooling time, or not even that", "cooling_time", "none"),
+    },
+    "particles", "Gammie 2001; Rybicki & Lightman 1979",
+    size=Measure(
+        "run in cooling times",
+        "2/(3 gamma - 4) of that, times what pressure does",
+        "Chandrasekhar 1939, chapter 4", _size, (*ZONE, "thermal_energy"), ("law",),
+    ),
+    made=Cooling,
+    rank=16,
+)  # fmt: skip

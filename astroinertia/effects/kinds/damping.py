@@ -1,12 +1,17 @@
 """Drag towards rest or towards rigid rotation, for relaxing a body to equilibrium."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
+from astroinertia.effects.entries import AXIS, Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
 
 @pytree
@@ -87,3 +92,31 @@ class Damping(Effect):
         mixed = body.second_moment * body.deformation @ body.rate.T
         target = 0.0 if self.rate is None else second @ self.target_rotation(body).T
         return self.strength(body) * (target - mixed)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    last = body.end if options["until"] is None else min(body.end, options["until"])
+    gone = -math.expm1(-last / options["time_scale"])
+    return last / options["time_scale"], within_all(gone)
+
+
+ENTRY = Entry(
+    "drag towards rest or rigid rotation, for relaxation",
+    {
+        "time_scale": positive("time", REQUIRED, "time over which velocities decay by a factor e"),
+        "rate": Option("angular_velocity", None, "rotation rate that velocities decay to; to rest without it"),
+        "rate_change": Option("angular_acceleration", None, "constant change of that rate with time, from time 0"),
+        "axis": Option("dimensionless", AXIS, "axis of that rotation", shape=(3,)),
+        "until": not_negative("time", None, "when the damping ends; never without it"),
+        "frame": choice("what the velocities are relative to", "centre_of_mass", "inertial"),
+    },
+    "particles", "Gingold & Monaghan 1977", ("sph", "ellipsoid"), colour="purple",
+    size=Measure(
+        "run over time scale",
+        "1 - exp(-t/tau)",
+        "Gingold & Monaghan 1977", _size, (), ("time_scale",),
+    ),
+    pace=lambda options: (options["time_scale"], options["until"]),
+    made=Damping,
+    rank=7,
+)  # fmt: skip

@@ -4,13 +4,27 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import ZONE, Found, Measure, Options
+from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise, totals
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.inertia.tensor import namespace
 from astroinertia.sph.fourth_order import weights
-from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
+from astroinertia.units import (
+    DIMENSIONLESS,
+    GRAVITATIONAL_CONSTANT,
+    SPEED_OF_LIGHT,
+    Option,
+    choice,
+    not_negative,
+    positive,
+)
+
+CAPTURES, LEFT = (3e10, 2e16), 0.56  # kg/m3 between which electrons are captured, and what is left of them
 
 if TYPE_CHECKING:
     from astroinertia.matter.electron_axis import ElectronAxis
@@ -297,3 +311,46 @@ class Deleptonisation(Effect):
 def least(xp, density, initial, middle, half, thin, dense, bulge):
     """Y of matter that has the initial one or less."""
     return (xp.minimum(initial, fitted(xp, density, middle, half, thin, dense, bulge)),)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    zone, dense = body.zone, body.central_density
+    assert zone is not None and dense is not None
+    if options["mass_unit"] is not None:
+        dense *= options["mass_unit"] / options["length_unit"] ** 3
+    elif body.gravitational_constant == 1.0:
+        raise KeyError("mass_unit")
+    first, last = CAPTURES
+    reached = 1.0 if body.falling > 0.0 else min(max(math.log(dense / first) / math.log(last / first), 0.0), 1.0)
+    left = 1.0 - (1.0 - LEFT) * reached
+    return 1.0 - left, difference(zone, body.end, pressure=zone.pressure * left ** (4.0 / 3.0))
+
+
+ENTRY = Entry(
+    "electrons that a collapsing core loses as it becomes denser, with what neutrinos take and push",
+    {
+        "fit": choice(
+            "which electron fraction belongs to a density: that of a star of 15 solar masses in general "
+            "relativity (G15), or of 13 in Newton's gravity (N13)",
+            "G15", "N13",
+        ),
+        "electron_fraction": Option(
+            "dimensionless", 0.4971,
+            "of the matter that the equation of state is of: it has the pressure of 4.897e14 (rho cm3/g)^(4/3) "
+            "dyn/cm2 at 0.4971; gamma_1 is then 4/3",
+            minimum=0.0, maximum=1.0, exclusive=True,
+        ),
+        "escape_energy": not_negative("energy", None, "that a neutrino carries off; 10 MeV without it"),
+        "trapping_density": positive("density", None, "above which neutrinos stay; 2e12 g/cm3 without it"),
+        "mass_unit": positive("mass", None, "of a scene in code units: what 1 is, in kg"),
+        "length_unit": positive("length", None, "of a scene in code units: what 1 is, in m"),
+    },
+    "neighbours", "Liebendoerfer 2005; Shapiro & Teukolsky 1983", needs=("pressure",), presses=True,
+    size=Measure(
+        "share of electrons captured",
+        "I of one zone with the pressure of those left to the power 4/3",
+        "Liebendoerfer 2005", _size, (*ZONE, "central_density"),
+    ),
+    made=Deleptonisation,
+    rank=6,
+)  # fmt: skip

@@ -4,11 +4,14 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import GENERATORS, Effect, moments
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import TURNS, Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
+from astroinertia.units import LIGHT, Option, positive
 
 
 @pytree
@@ -100,3 +103,47 @@ class DipoleBraking(Effect):
         spin = xp.linalg.pinv(inertia, hermitian=True) @ angular_momentum
         smallest = 0.5 * (xp.trace(inertia) - xp.sqrt(xp.sum(inertia**2)))
         return smallest / xp.maximum(self.strength(xp, spin, angular_momentum), 1e-100)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.moments is not None and body.spin is not None
+    index = options["index"]
+    if options["field"] is not None and options["radius"] is not None:
+        light = options["speed_of_light"]
+        field = 8.0 * math.pi / 3.0 * options["field"] ** 2 * options["radius"] ** 6 / light**3
+        decay = field * body.spin**2 / body.moments[2]
+    else:
+        rate = 2.0 * math.pi / options["period"]
+        decay = options["period_derivative"] / options["period"] * (body.spin / rate) ** (index - 1.0)
+    if abs(index - 1.0) < 1e-9:
+        change = -math.expm1(-decay * body.end)
+    else:
+        base = 1.0 + (index - 1.0) * decay * body.end
+        change = 1.0 - base ** (-1.0 / (index - 1.0)) if base > 0.0 else 1.0
+    return decay / body.spin if body.spin else 0.0, within_all(change)
+
+
+ENTRY = Entry(
+    "the torque by which a pulsar slows down: of a magnetic dipole, or of any braking index",
+    {
+        "field": positive("magnetic_field", None, "field at the magnetic equator; or give period_derivative"),
+        "radius": positive("length", None, "where the field is that"),
+        "speed_of_light": positive("velocity", LIGHT, "c"),
+        "magnetic_axis": Option(
+            "dimensionless", None, "in body axes; at right angles to the spin without it", shape=(3,),
+            models=("rigid", "scaling"),
+        ),
+        "period": positive("time", None, "rotation period at which the period grows by period_derivative"),
+        "period_derivative": positive("dimensionless", None, "dP/dt, instead of a field"),
+        "index": Option("dimensionless", 3.0, "braking index n: the torque goes with the n-th power of the spin"),
+    },
+    "body", "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970", ("sph", "rigid", "scaling"),
+    colour="purple",
+    size=Measure(
+        "torque over L omega",
+        "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
+        "Goldreich 1970", _size, TURNS,
+    ),
+    made=DipoleBraking,
+    rank=21,
+)  # fmt: skip

@@ -1,13 +1,16 @@
 """A given gravitational field that the body moves in."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.effect import Effect, moments
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import Option, positive
 
 
 @pytree
@@ -134,18 +137,66 @@ class ExternalField(Effect):
 
     def affine_force(self, body):
         """Minus the derivative of that potential by F: -q (second derivatives) F."""
-        return -jax.grad(self._expanded, argnums=2)(body, body.centre, body.deformation)
+        return self._push(body, argument=2)
 
     def affine_push(self, body):
         """Minus its derivative by the centre, where the moments of the body act too."""
-        return -jax.grad(self._expanded, argnums=1)(body, body.centre, body.deformation)
+        return self._push(body, argument=1)
 
     def affine_virial(self, body):
         """-Q A, A the second derivatives."""
         second = body.second_moment * body.deformation @ body.deformation.T
-        return -second @ jax.hessian(self.affine_specific_potential)(body.centre)
+        return -second @ self._curvature(body.centre)
+
+    def _push(self, body, argument):
+        import jax
+
+        return -jax.grad(self._expanded, argnums=argument)(body, body.centre, body.deformation)
+
+    def _curvature(self, place):
+        import jax
+
+        return jax.hessian(self.affine_specific_potential)(place)
 
     def _expanded(self, body, centre, deformation):
         second = body.second_moment * deformation @ deformation.T
-        curvature = jax.hessian(self.affine_specific_potential)(centre)
+        curvature = self._curvature(centre)
         return body.mass * self.affine_specific_potential(centre) + 0.5 * (second * curvature).sum()
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.dynamical_time is not None
+    pull, away = 0.0, size(options["origin"])
+    if options["quadratic"] is not None:
+        pull += max(abs(entry) for row in options["quadratic"] for entry in row)
+    if options["circular_speed"] is not None:
+        near = max(away, options["core"] or 0.0)
+        pull += options["circular_speed"] ** 2 / near**2 if near > 0.0 else math.inf
+    parameter = pull * body.dynamical_time**2
+    if options["point_mass"] is not None:
+        parameter += tidal_parameter(body, options["point_mass"], max(away, options["softening"] or 0.0))
+    return parameter, tidal_change(body, parameter)
+
+
+ENTRY = Entry(
+    "a given gravitational field: uniform, quadratic, logarithmic or of a softened point mass, or their sum",
+    {
+        "uniform": Option("acceleration", None, "uniform acceleration g", shape=(3,)),
+        "quadratic": Option(
+            "inverse_time_squared", None, "symmetric matrix A of the potential (x - o).A.(x - o)/2", shape=(3, 3),
+        ),
+        "circular_speed": positive("velocity", None, "v of the potential v^2/2 ln(|x - o|^2 + core^2)"),
+        "core": positive("length", None, "core radius of that potential"),
+        "point_mass": positive("mass", None, "M of the potential -M/sqrt(|x - o|^2 + softening^2)"),
+        "softening": positive("length", None, "softening of that potential"),
+        "origin": Option("length", (0.0, 0.0, 0.0), "origin o of all of them", shape=(3,)),
+    },
+    "particles", "Binney & Tremaine 2008, sections 2.2 and 2.3", ("sph", "ellipsoid"), colour="purple",
+    size=Measure(
+        "tidal field times R^3/(G M)",
+        "as a tide of that size",
+        "Binney & Tremaine 2008, section 8.2", _size, ("mass", "radius"), ("origin",),
+    ),
+    made=ExternalField,
+    rank=12,
+)  # fmt: skip

@@ -4,9 +4,11 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
-from astroinertia.bodies import affine
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
+from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART, Entry
+from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
+from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
@@ -15,6 +17,7 @@ from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.sph.fourth_order import smoothed
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.standard_volumes import weighed
+from astroinertia.units import ALL_MODELS, Option, choice
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -184,12 +187,62 @@ class Gravity(Effect):
 
     def affine_force(self, body):
         """-dW/dF with W = W_sphere R_F: exact where the density falls off on similar ellipsoids."""
+        from astroinertia.bodies import affine
+
         return affine.gravity_force(body.deformation, body.sphere_energy)
 
     def affine_virial(self, body):
         """Chandrasekhar's potential-energy tensor, of trace W."""
+        from astroinertia.bodies import affine
+
         return affine.gravity_tensor(body.deformation, body.sphere_energy)
 
     def affine_potential(self, body):
         """W (Roberts 1962, ApJ 136, 1108)."""
+        from astroinertia.bodies import affine
+
         return affine.gravitational_energy(body.deformation, body.sphere_energy)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    zone = body.zone
+    assert zone is not None
+    weight_over_heat = zone.weight / (zone.pressure + zone.turning) if zone.pressure + zone.turning > 0.0 else math.inf
+    if body.held:
+        return weight_over_heat, within_all(zone.weight * body.end**2)
+    return weight_over_heat, difference(zone, body.end, weight=0.0)
+
+
+ENTRY = Entry(
+    "self-gravity of the body (particles are softened by their own kernel)",
+    {
+        "method": choice(
+            "how particles attract each other: direct sums over all pairs, exact and N^2; multipole expansions of "
+            "far groups, to an error that is asked for; auto is what takes less time",
+            "auto", "direct", "multipole", models=("sph",),
+        ),
+        "force_error": Option(
+            "dimensionless", FORCE_ERROR, "of multipole: wanted rms of the relative error of the accelerations",
+            minimum=1e-8, maximum=0.03, models=("sph",),
+        ),
+        "softening": Option(
+            "length", None,
+            "smoothing length of every particle, kept as it is, where no effect acts between neighbours; without "
+            "it, lengths follow the density",
+            minimum=0.0, exclusive=True, models=("sph",),
+        ),
+        "order": choice(
+            "order in the smoothing length of the error of the binding energy: fourth takes out what softening "
+            "leaves out of it",
+            "second", "fourth", models=("sph",),
+        ),
+    },
+    "all pairs", "Price & Monaghan 2007; Dehnen 2014", ALL_MODELS, colour="blue", auto="always",
+    size=Measure(
+        "|W| over 3 Pi + 2 T",
+        "I of one zone by the virial theorem, with |W| and without",
+        "Chandrasekhar 1969, section 14", _size, ZONE,
+    ),
+    made=Gravity,
+    rank=1,
+)  # fmt: skip

@@ -1,11 +1,14 @@
 """The torque of companions on a body that is no sphere, to its quadrupole."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic, Neighbour
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import TURNS, Found, Measure, Options, dot, size, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import second_moment_from_inertia
 
@@ -78,3 +81,48 @@ def _field(body: Any) -> tuple[Any, Any]:
     place = body.companions.position(body.time)
     square = jnp.sum(place**2, axis=-1, keepdims=True)
     return jnp.asarray(body.companions.mass)[:, None] / square**1.5, place / jnp.sqrt(square)
+
+
+def gradient_turn(body: Characteristic, other: Neighbour) -> float:
+    """The angle, in rad, by which the torque of another body on the figure moves the axis in the run.
+
+    A figure that turns about its largest moment is averaged over its rotation: (3/2) (G M'/(a^3 (1 - e^2)^(3/2)))
+    (H/omega) sin eps cos eps t with H = 1 - (A + B)/(2 C), and the rest, of B - A, acts as long as the body shows the
+    other one the same side, 1/(2 |omega - n|). One that tumbles is not averaged.
+    """
+    assert body.moments is not None and body.spin is not None
+    least, middle, largest = body.moments
+    strength = 1.5 * body.gravitational_constant * other.mass
+    strength /= other.distance**3 * (1.0 - other.eccentricity**2) ** 1.5
+    if not body.spin:
+        return strength * (largest - least) / largest * body.end**2
+    cosine = min(1.0, abs(dot(body.spin_axis, other.normal)) / (size(body.spin_axis) * size(other.normal)))
+    oblique = cosine * math.sqrt(1.0 - cosine**2)
+    if body.wobble > 0.1:
+        return strength / body.spin * (largest - least) / largest * body.end * max(oblique, body.wobble)
+    relative = 2.0 * abs(body.spin - other.rate)
+    lasts = body.end if relative * body.end < 1.0 else 1.0 / relative
+    steady = (1.0 - (least + middle) / (2.0 * largest)) * oblique * body.end
+    return strength / body.spin * (steady + (middle - least) / largest * lasts)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    if not body.neighbours:
+        return 0.0, 0.0
+    assert body.spin is not None
+    turn = sum(gradient_turn(body, other) for other in body.neighbours)
+    return turn / max(body.spin * body.end, 1e-300), within_all(turn)
+
+
+ENTRY = Entry(
+    "the torque of companions on a body that is no sphere, to its quadrupole",
+    {},
+    "body", "Murray & Dermott 1999, section 5.2", ("rigid",), colour="blue", auto="always",
+    size=Measure(
+        "torque over L omega",
+        "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
+        "Murray & Dermott 1999, 5.2; Goldreich 1966", _size, (*TURNS, "neighbours"),
+    ),
+    made=GravityGradient,
+    rank=23,
+)  # fmt: skip

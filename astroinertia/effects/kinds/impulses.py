@@ -4,10 +4,13 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import FRAME, Entry
+from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, size, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, Option, positive
 
 
 @pytree
@@ -37,3 +40,32 @@ class Impulses(Effect):
         """What one of them adds, (3,)."""
         vector = jnp.asarray(self.angular_momentum)
         return vector if self.frame == "inertial" else body.attitude.T @ vector
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    number = 0.0
+    if body.end >= options["time"]:
+        every = options["every"]
+        number = 1.0 if every is None else min(options["number"], 1.0 + (body.end - options["time"]) // every)
+    share = share_of_momentum(body, number * size(options["angular_momentum"]))
+    return share, within_all(share)
+
+
+ENTRY = Entry(
+    "angular momentum that is added at once, one or many times",
+    {
+        "angular_momentum": Option("angular_momentum", REQUIRED, "what is added each time", shape=(3,)),
+        "time": positive("time", REQUIRED, "the first time"),
+        "every": positive("time", None, "how long after each the next comes; only one without it"),
+        "number": Option("dimensionless", 1e9, "how many come at most", minimum=1.0),
+        "frame": FRAME,
+    },
+    "body", "Goldstein, Poole & Safko 2002, section 1.1", ("rigid",), colour="purple",
+    size=Measure(
+        "impulses over L",
+        "the sum of all impulses over L",
+        "Goldstein, Poole & Safko 2002, 1.1", _size, TURNS, ("angular_momentum", "time"),
+    ),
+    made=Impulses,
+    rank=19,
+)  # fmt: skip

@@ -1,12 +1,16 @@
 """Heat from the wobble of a body that is not quite rigid."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, positive
 
 
 @pytree
@@ -39,3 +43,31 @@ class InternalDissipation(Effect):
         if self.rate is not None:
             pace = pace * (square**1.5 * (inverse[2] / self.rate) ** 3)
         return jnp.where(spins, pace * jnp.cross(body.angular_momentum, body.angular_velocity), 0.0)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.spin is not None
+    scale = options["time_scale"]
+    if options["rate"] is not None and body.spin > 0.0:
+        scale *= (options["rate"] / body.spin) ** 3
+    gone = -math.expm1(-body.end / scale)
+    return body.end / scale, within_all(body.wobble * gone)
+
+
+ENTRY = Entry(
+    "heat from the wobble of a body that is not quite rigid, which settles to its largest moment at fixed L",
+    {
+        "time_scale": positive("time", REQUIRED, "in which a small wobble falls by a factor e"),
+        "rate": positive(
+            "angular_velocity", None, "spin that this holds at, going with its power -3; at any spin without it",
+        ),
+    },
+    "body", "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973", ("rigid",), colour="orange",
+    size=Measure(
+        "run over time scale",
+        "angle of the wobble times 1 - exp(-t/tau)",
+        "Burns & Safronov 1973", _size, ("spin",), ("time_scale",),
+    ),
+    made=InternalDissipation,
+    rank=22,
+)  # fmt: skip

@@ -1,12 +1,19 @@
 """Neutrinos that carry off the heat of a collapsed core, parametrised."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.heat_exchange import changing_time
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.heat_exchange import changing_time, heat_change
+from astroinertia.effects.measure import ZONE, Found, Measure, Options
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import choice, positive
+
+DENSER = 8.0  # that a body that does not collapse may become, by half its radius
 
 TEMPERATURE_POWER = 6.0  # of the rate at which free nucleons capture electrons and positrons
 
@@ -72,3 +79,48 @@ class NeutrinoLoss(Effect):
         """u/|du/dt|."""
         gain, decay = self.exchange(xp, fluid)
         return elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.thermal_energy is not None and body.mass is not None and body.central_density is not None
+    if options["law"] == "diffusion":
+        reached = body.central_density * DENSER > options["density"] or body.falling > 0.0
+        share = body.end / options["time_scale"] if reached else 0.0
+    else:
+        specific = body.thermal_energy / body.mass
+        warm = specific / options["thermal_energy"]
+        share = options["rate"] * warm**6 * body.end / specific if specific > 0.0 else 0.0
+        share = math.inf if body.falling > 0.0 else share
+    return share, heat_change(body, share)
+
+
+ENTRY = Entry(
+    "heat that neutrinos carry off from a collapsed core, parametrised",
+    {
+        "law": choice(
+            "captures: of electrons and positrons by free nucleons, with the sixth power of the temperature, where "
+            "neutrinos are not trapped; diffusion: of those that are, over a time scale above a density",
+            "captures", "diffusion",
+        ),
+        "rate": positive(
+            "specific_power", None, "of captures: energy lost at thermal_energy; 1.399e16 W/kg at 2 MeV",
+        ),
+        "thermal_energy": positive(
+            "specific_energy", None,
+            "of captures: thermal energy at which it is; 2.9e14 J/kg for nucleons at 2 MeV",
+        ),
+        "trapping_density": positive(
+            "density", None, "of captures: at which the optical depth is 1; about 1e11 g/cm3",
+        ),
+        "time_scale": positive("time", None, "of diffusion: in which heat leaks out, seconds to tens of seconds"),
+        "density": positive("density", None, "of diffusion: above which it does"),
+    },
+    "particles", "Janka 2001; Murphy & Burrows 2008; Roberts & Reddy 2017",
+    size=Measure(
+        "run in times of loss",
+        "2/(3 gamma - 4) times that, of what pressure does",
+        "Janka 2001", _size, (*ZONE, "thermal_energy", "central_density"), ("law",),
+    ),
+    made=NeutrinoLoss,
+    rank=17,
+)  # fmt: skip

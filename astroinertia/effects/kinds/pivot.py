@@ -3,10 +3,22 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import (
+    TURNS,
+    Found,
+    Measure,
+    Options,
+    angular_momentum,
+    share_of_momentum,
+    size,
+    within_all,
+)
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, Option
 
 
 @pytree
@@ -48,3 +60,29 @@ class Pivot(Effect):
         strength = body.mass * jnp.linalg.norm(jnp.asarray(self.gravity)) * jnp.linalg.norm(jnp.asarray(self.arm))
         across = jnp.sort(jnp.linalg.eigvalsh(body.inertia))
         return jnp.sqrt(strength / across[1])
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.mass is not None and body.moments is not None
+    torque = body.mass * size(options["gravity"]) * size(options["arm"])
+    if not body.spin:
+        swing = torque / max(body.moments[2], 1e-300) * body.end**2
+        return swing, within_all(swing)
+    return torque / (angular_momentum(body) * body.spin), within_all(share_of_momentum(body, torque * body.end))
+
+
+ENTRY = Entry(
+    "uniform gravity on a body that turns about a fixed point, such as a top or a pendulum",
+    {
+        "gravity": Option("acceleration", REQUIRED, "the acceleration of gravity", shape=(3,)),
+        "arm": Option("length", REQUIRED, "from the fixed point to the centre of mass, in body axes", shape=(3,)),
+    },
+    "body", "Goldstein, Poole & Safko 2002, section 5.7", ("rigid",), colour="vermillion",
+    size=Measure(
+        "M g l/(L omega)",
+        "angle of precession M g l t/L",
+        "Goldstein, Poole & Safko 2002, 5.7", _size, (*TURNS, "mass"), ("gravity", "arm"),
+    ),
+    made=Pivot,
+    rank=20,
+)  # fmt: skip

@@ -3,16 +3,19 @@
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
-import jax.numpy as jnp
-
-from astroinertia.bodies import affine, affine_motion
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
 from astroinertia.effects.gradients import Separation, Symmetric, along, symmetric_inverse
+from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
+from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR, own_density, weighed
+from astroinertia.units import ALL_MODELS, choice
 
 CONTACT = 0.05  # difference of densities over their sum, beyond that of pressures, that is a contact
 LEAST = 1e-5  # smallest eigenvalue of a moment matrix that is inverted: all are 1 amid neighbours
@@ -256,12 +259,57 @@ class Pressure(Effect):
 
     def affine_force(self, body):
         """-(dU/dJ) dJ/dF: isotropic. The slope is the fluid's own, or what keeps the volume."""
+        from astroinertia.bodies import affine_motion
+
         return affine_motion.pressure_force(body.deformation, body.pressure_slope)
 
     def affine_virial(self, body):
         """The integral of the pressure over the volume, -(dU/dJ) J, in every direction."""
+        from astroinertia.bodies import affine
+
         return -body.pressure_slope * affine.volume_ratio(body.deformation) * jnp.eye(3)
 
     def affine_heating(self, body):
         """Its work on the volume comes out of the internal energy: (dU/dJ) dJ/dt."""
+        from astroinertia.bodies import affine
+
         return body.pressure_slope * (affine.cofactor(body.deformation) * body.rate).sum()
+
+
+def pressure_size(body: Characteristic, options: Options) -> Found:
+    """U/|W|, and what a body without pressure would do otherwise."""
+    zone = body.zone
+    assert zone is not None
+    share = body.thermal_to_gravitational
+    number = zone.pressure / zone.weight if share is None and zone.weight > 0.0 else share or 0.0
+    if body.held:
+        return number, 1.0
+    if zone.pressure == 0.0:
+        return number, 0.0
+    return number, max(difference(zone, body.end, pressure=0.0), within_all(body.fallen))
+
+
+ENTRY = Entry(
+    "pressure gradient of the fluid",
+    {
+        "order": choice(
+            "order in the smoothing length of the error of densities: fourth takes out what smoothing adds to them",
+            "second", "fourth", models=("sph",),
+        ),
+        "gradients": choice(
+            "the kernel's own slope, which keeps the entropy of smooth flow exact; or integral, of a matrix that "
+            "straightens out how neighbours lie: less noise in subsonic flow, no surface tension at contacts",
+            "kernel", "integral", models=("sph",),
+        ),
+    },
+    "neighbours", "Springel & Hernquist 2002", ALL_MODELS, colour="vermillion", auto="always",
+    limit_power=1.0 / 3.0,
+    size=Measure(
+        "U/|W|",
+        "I of one zone with 3 Pi and without; mass whose free fall ends",
+        "Chandrasekhar 1969, section 14", pressure_size, ZONE,
+    ),
+    gradients=lambda options: options["order"] == "fourth" or options["gradients"] == "integral",
+    made=Pressure,
+    rank=2,
+)  # fmt: skip

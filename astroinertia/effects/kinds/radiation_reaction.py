@@ -4,9 +4,12 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from astroinertia.bodies import affine_motion
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect, moments
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, lit, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import LIGHT, positive
 
 PERIODS = 2.0  # of the waves, that their frequency is averaged over
 UNSEEN = 3.0  # steps before the first third derivative
@@ -72,6 +75,8 @@ class RadiationReaction(Effect):
 
     def affine_force(self, body):
         """q M F, of the acceleration M x."""
+        from astroinertia.bodies import affine_motion
+
         fifth = affine_motion.second_moment_derivatives(
             body.deformation, body.rate, body.second_moment, body.conservative
         )[-1]
@@ -126,3 +131,44 @@ class RadiationReaction(Effect):
     def timestep(self, xp, fluid):
         """The time in which the reaction alone changes velocities by the size of the body over that time."""
         return 1.0 / xp.sqrt(xp.sqrt(xp.sum(self.matrix(xp, fluid) ** 2)) + 1e-60)
+
+
+def inspiral_time(constant: float, light: float, masses: tuple[float, float], distance: float) -> float:
+    """The time in which waves bring two points on a circle together, (5/256) c^5 a^4/(G^3 m1 m2 M) (Peters 1964)."""
+    one, other = masses
+    return 5.0 / 256.0 * light**5 * distance**4 / (constant**3 * one * other * (one + other))
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    body = lit(body, options)
+    light, compact = body.speed_of_light, body.compactness
+    assert body.mass is not None and body.radius is not None and body.moments is not None
+    assert light is not None and compact is not None
+    if body.pair is not None:
+        share = body.end / inspiral_time(body.gravitational_constant, light, body.pair.masses, body.pair.distance)
+        return compact, within_all(share)
+    least, middle, largest = body.moments
+    if largest == 0.0:
+        return compact, 0.0
+    # a figure that turns, and one that swings through what it is from round, with its dynamical rate
+    motion = (body.spin or 0.0) * (body.dynamical_time or 0.0)
+    uneven = (middle - least) / largest
+    zone = body.zone
+    swings = 0.0 if zone is None else (largest - least) / largest * zone.imbalance
+    strength = 6.4 * compact**2.5 * largest / (body.mass * body.radius**2) * (body.run_length or 0.0)
+    return compact, within_all(strength * ((uneven * motion**2) ** 2 + swings**2))
+
+
+ENTRY = Entry(
+    "loss of energy and angular momentum to gravitational waves, by the quadrupole",
+    {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, all goes faster")},
+    "body", "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8", ("sph", "ellipsoid"), colour="orange",
+    auto="always",
+    size=Measure(
+        "G M/(R c^2)",
+        "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
+        "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _size, ("mass", "radius", "moments"),
+    ),
+    made=RadiationReaction,
+    rank=14,
+)  # fmt: skip

@@ -6,8 +6,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import ZONE, Found, Measure, Options, lit
+from astroinertia.effects.one_zone import difference
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import LIGHT, positive
+
+HEAVIER = 4.0  # times its compactness a star is heavier for relativity: Gamma, pressure and energy in the mean
 
 CENTRAL = 8.0  # particles in the innermost shell; those further out have more, as their number to the power 1/3
 ITERATIONS = 16  # of m and Gamma: each gains a factor of the compactness over their number
@@ -96,3 +103,23 @@ class RelativisticPotential(Effect):
     def timestep(self, xp, fluid):
         """The time w^(-1/2) in which it alone would pull matter to the centre."""
         return 1.0 / xp.sqrt(xp.max(xp.abs(self.weights(xp, fluid))) + 1e-60)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    zone, compact = body.zone, lit(body, options).compactness
+    assert zone is not None and compact is not None
+    return compact, difference(zone, body.end, weight=zone.weight * (1.0 + HEAVIER * compact))
+
+
+ENTRY = Entry(
+    "general relativity's stronger gravity in the mean over spheres, beside Newton's (one round body)",
+    {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, the body is more compact")},
+    "body", "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A", colour="sky", needs=("gravity",),
+    size=Measure(
+        "G M/(R c^2)",
+        "I of one zone by the virial theorem, with a weight larger by four times that",
+        "Chandrasekhar 1969, section 14; Marek et al. 2006", _size, ZONE,
+    ),
+    made=RelativisticPotential,
+    rank=15,
+)  # fmt: skip

@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
+from astroinertia.effects.entries import AXIS, Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
+from astroinertia.units import REQUIRED, Option
 
 
 @pytree
@@ -99,3 +102,26 @@ class RotatingFrame(Effect):
         rotation = self.rotation(body)
         turned, carried = rotation @ body.deformation, rotation @ body.centre
         return -0.5 * (body.second_moment * jnp.sum(turned**2) + body.mass * jnp.sum(carried**2))
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    turn = abs(options["rate"]) * body.end
+    return turn, within_all(turn)
+
+
+ENTRY = Entry(
+    "centrifugal, Coriolis and Euler forces of a frame that rotates about its origin",
+    {
+        "rate": Option("angular_velocity", REQUIRED, "rotation rate of the frame at time 0"),
+        "rate_change": Option("angular_acceleration", None, "constant change of that rate with time"),
+        "axis": Option("dimensionless", AXIS, "axis of the rotation", shape=(3,)),
+    },
+    "particles", "Landau & Lifshitz 1976, Mechanics, eq. 39.7", ("sph", "ellipsoid"), colour="yellow",
+    size=Measure(
+        "turn of the frame in the run",
+        "the angle that it turns by",
+        "Landau & Lifshitz 1976, eq. 39.7", _size, (), ("rate",),
+    ),
+    made=RotatingFrame,
+    rank=8,
+)  # fmt: skip

@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
-from astroinertia.bodies import affine_motion
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.bodies.bar_limits import SECULAR
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import DIFFUSION_PART
+from astroinertia.effects.entries import DIFFUSION_PART, Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.units import REQUIRED, not_negative
 
 # 2 (d + 2) in d = 3 dimensions: what makes the sum over radial velocities the Laplacian.
 DIRECTIONS = 10.0
@@ -68,6 +70,8 @@ class ShearViscosity(Effect):
 
     def affine_force(self, body):
         """V F^-T."""
+        from astroinertia.bodies import affine_motion
+
         return affine_motion.shear_force(body.deformation, body.rate, body.mass * self.kinematic_viscosity)
 
     def affine_virial(self, body):
@@ -78,5 +82,33 @@ class ShearViscosity(Effect):
 
     def affine_heating(self, body):
         """2 M nu sigma : sigma."""
+        from astroinertia.bodies import affine_motion
+
         shear = affine_motion.shear_tensor(body.deformation, body.rate)
         return 2.0 * body.mass * self.kinematic_viscosity * (shear**2).sum()
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.radius is not None
+    decay = 5.0 * options["kinematic_viscosity"] * body.end / body.radius**2
+    zone = body.zone
+    steady = body.shear == 0.0 and body.expansion == 0.0 and zone is not None and body.bodies == 1
+    if steady and zone is not None and (body.rotational_to_gravitational or 0.0) < SECULAR:
+        return decay, within_all(decay * zone.imbalance)  # rigid rotation has no friction: what moves is what swings
+    return decay, within_all(decay)
+
+
+ENTRY = Entry(
+    "viscosity of the fluid itself, which particles have along their separations: L is kept",
+    {"kinematic_viscosity": not_negative("viscosity", REQUIRED, "nu, the same everywhere")},
+    "neighbours", "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
+    ("sph", "ellipsoid"), colour="green", limit_power=2.0 / 3.0,
+    size=Measure(
+        "5 nu t/R^2",
+        "that, where the flow has shear; times the imbalance of forces in rigid rotation",
+        "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _size, ("radius",),
+        ("kinematic_viscosity",),
+    ),
+    made=ShearViscosity,
+    rank=5,
+)  # fmt: skip

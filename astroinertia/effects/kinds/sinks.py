@@ -5,9 +5,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import attraction, orbital_time, potential_energy, reaction, virial
+from astroinertia.units import REQUIRED, Option, not_negative, positive
 
 
 @pytree
@@ -83,3 +87,27 @@ class Sinks(Effect):
             "accreted_mixed_moment": sinks.removed.mixed_moment,
             "sink_inner_energy": float(sinks.inner_energy),
         }
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    dense = (body.central_density or 0.0) / options["density"]
+    return dense, 1.0 if dense >= 1.0 else within_all(body.falling)
+
+
+ENTRY = Entry(
+    "point masses that take the place of collapsing matter, and accrete what falls into them",
+    {
+        "density": positive("density", REQUIRED, "above which bound, converging matter becomes a sink"),
+        "radius": positive("length", REQUIRED, "within which a sink accretes what is bound to it"),
+        "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
+        "number": Option("dimensionless", 16.0, "of sinks, at most", minimum=1.0, maximum=1000.0),
+    },
+    "particles", "Bate, Bonnell & Price 1995",
+    size=Measure(
+        "central density over the sinks'",
+        "all once the density is reached; the mass whose free fall ends before",
+        "Bate, Bonnell & Price 1995", _size, ("central_density",), ("density",),
+    ),
+    made=Sinks,
+    rank=11,
+)  # fmt: skip

@@ -5,10 +5,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect, moments
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia import target
 from astroinertia.inertia.tensor import require_plausible
+from astroinertia.units import REQUIRED, Option, positive
 
 PARALLEL = 1e-6  # sine of the angle below which two directions do not span a plane
 
@@ -109,3 +113,46 @@ class TargetTensor(Effect):
         share = xp.sqrt(xp.sum(second**2)) / xp.where(size > 0, size, 1.0)
         matrix = self.matrix(xp, fluid)
         return 1.0 / xp.sqrt(4.0 * stiffest * share + xp.sqrt(xp.sum(matrix**2)) + 1e-60)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    assert body.dynamical_time is not None
+    number = options["stiffness"] * body.dynamical_time**2
+    return number, within_all(options["stiffness"] * min(body.end, body.dynamical_time) ** 2)
+
+
+ENTRY = Entry(
+    "a force that drives the body's inertia tensor to a given elongation, orientation or size",
+    {
+        "stiffness": positive(
+            "inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation",
+        ),
+        "axis_ratios": Option(
+            "dimensionless", None, "ratios of the semi-axes that the body is to have, at any size", shape=(3,),
+            minimum=0.0, exclusive=True,
+        ),
+        "moments": Option(
+            "moment_of_inertia", None, "principal moments that it is to have; give these or axis_ratios",
+            shape=(3,), minimum=0.0,
+        ),
+        "first_axis": Option(
+            "dimensionless", None, "where the first of them is to point; without it any orientation will do",
+            shape=(3,),
+        ),
+        "second_axis": Option("dimensionless", None, "where the second is, what is across the first", shape=(3,)),
+        "orientation_stiffness": positive(
+            "inverse_time_squared", None, "of the orientation; as stiffness without it",
+        ),
+        "normal": Option(
+            "dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,),
+        ),
+    },
+    "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange",
+    size=Measure(
+        "stiffness times R^3/(G M)",
+        "stiffness times t^2, or t_dyn^2",
+        "Zajac, Jones & Glazier 2003", _size, ("mass", "radius"), ("stiffness",),
+    ),
+    made=TargetTensor,
+    rank=13,
+)  # fmt: skip

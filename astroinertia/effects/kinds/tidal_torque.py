@@ -3,11 +3,14 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
+from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, within_all
 from astroinertia.engines.pytree import pytree
 from astroinertia.matter.rheology import dissipation
+from astroinertia.units import REQUIRED, Option, positive
 
 
 @pytree
@@ -67,3 +70,58 @@ class TidalTorque(Effect):
             rate = jnp.where(rate > 0.0, rate, 1.0)
             lag = 0.5 / (self.quality_at(2.0 * rate) * rate)
         return jnp.sum(3.0 * self.love_number * self.radius**5 * mass**2 * lag / square**4 * turning, axis=0)
+
+
+def tidal_spin_down(body: Characteristic, other: Neighbour, options: Options) -> float:
+    """The share of the spin that the torque on the lagging tide takes in the run: 3 k2 G M'^2 R^5 lag/a^6 over C omega.
+
+    k2 times the lag angle is k2/(2 Q), -Im k2/2, or k2 times the time lag times |omega - n|; eccentricity as
+    (1 - e)^-6, an upper bound.
+    """
+    rate = max(abs((body.spin or 0.0) - other.rate), other.rate)
+    number, time = options["love_number"], options["relaxation_time"]
+    if time is not None:
+        lagging = 0.5 * dissipation(number, options["fluid_love_number"], 2.0 * rate, time, options["exponent"])
+    elif options["quality"] is not None:
+        lagging = 0.5 * number / options["quality"]
+    else:
+        lagging = number * options["time_lag"] * rate
+    strength = 3.0 * body.gravitational_constant * other.mass**2 * options["radius"] ** 5
+    return share_of_momentum(body, strength * lagging / (other.distance * (1.0 - other.eccentricity)) ** 6 * body.end)
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    if not body.neighbours:
+        return 0.0, 0.0
+    share = sum(tidal_spin_down(body, other, options) for other in body.neighbours)
+    tide = 0.0
+    if body.radius is not None:
+        tide = sum(tidal_parameter(body, other.mass, other.distance) for other in body.neighbours)
+    return tide, within_all(share)
+
+
+ENTRY = Entry(
+    "the torque of companions on the tides that they raise, which lag behind",
+    {
+        "love_number": positive("dimensionless", REQUIRED, "k_2"),
+        "radius": positive("length", REQUIRED, "equatorial radius of the body"),
+        "time_lag": positive("time", None, "by which tides lag, the same at all frequencies; or give quality"),
+        "quality": positive("dimensionless", None, "Q, the same at all frequencies; or give relaxation_time"),
+        "relaxation_time": positive("time", None, "viscosity over rigidity of a body that flows as Maxwell's"),
+        "exponent": Option(
+            "dimensionless", None, "alpha of Andrade's creep on top of it", minimum=0.0, maximum=1.0,
+            exclusive=True,
+        ),
+        "fluid_love_number": positive(
+            "dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one",
+        ),
+    },
+    "body", "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012", ("rigid",), colour="green",
+    size=Measure(
+        "(M'/M) (R/a)^3",
+        "torque on the lagging tide times the run, over L",
+        "Goldreich & Soter 1966", _size, (*TURNS, "neighbours"), ("love_number", "radius"),
+    ),
+    made=TidalTorque,
+    rank=24,
+)  # fmt: skip

@@ -4,9 +4,13 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
+import numpy as np
 
+import astroinertia.engines.late_jnp as jnp
+from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import AXIS, Entry
+from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
@@ -17,6 +21,7 @@ from astroinertia.gravity.point_masses import (
     virial,
 )
 from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
+from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
 MOST_ELLIPTIC = 0.99
 
@@ -162,3 +167,47 @@ class Tide(Effect):
     def _curvature(self, away, squared):
         """T (3, 3), the second derivatives of the potential."""
         return self.mass * squared**-1.5 * (jnp.eye(3) - 3.0 / squared * jnp.outer(away, away))
+
+
+def nearest_approach(end: float, options: Options) -> float:
+    """The least distance of a perturber in the run; of an open orbit that of its pericentre, an upper estimate."""
+    pericentre, e = size(options["position"]), options["eccentricity"]
+    if options["period"] is None:
+        return pericentre
+    first = options["mean_anomaly"]
+    last = first + 2.0 * math.pi * end / options["period"]
+    if math.floor(last / (2.0 * math.pi)) > math.floor(first / (2.0 * math.pi)) or first == 0.0:
+        return pericentre
+    return min(pericentre / (1.0 - e) * (1.0 - e * float(np.cos(eccentric_anomaly(np, m, e)))) for m in (first, last))
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    parameter = tidal_parameter(body, options["mass"], nearest_approach(body.end, options))
+    return parameter, tidal_change(body, parameter)
+
+
+ENTRY = Entry(
+    "a point mass nearby, fixed or on a Kepler orbit about the origin (ellipse, parabola or hyperbola)",
+    {
+        "mass": positive("mass", REQUIRED, "mass of the perturber"),
+        "position": Option("length", REQUIRED, "where it is: fixed, or at its pericentre", shape=(3,)),
+        "period": positive("time", None, "orbital period; without it the perturber stays where it is"),
+        "eccentricity": Option("dimensionless", 0.0, "of the orbit", minimum=0.0, maximum=100.0),
+        "normal": Option("dimensionless", AXIS, "normal of the orbit", shape=(3,)),
+        "mean_anomaly": Option("dimensionless", 0.0, "at time 0, in radians from the pericentre"),
+        "pericentre_time": Option("time", None, "when a parabola or hyperbola (eccentricity >= 1) is nearest"),
+        "softening": not_negative("length", 0.0, "Plummer softening of the perturber"),
+        "frame": choice(
+            "tidal: relative to the acceleration of the origin, which falls freely; direct: the whole attraction",
+            "tidal", "direct",
+        ),
+    },
+    "particles", "Murray & Dermott 1999, chapter 2", ("sph", "ellipsoid"), colour="sky",
+    size=Measure(
+        "(M'/M) (R/d)^3 at the nearest",
+        "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "Murray & Dermott 1999, section 4.2", _size, ("mass", "radius"), ("mass", "position"),
+    ),
+    made=Tide,
+    rank=9,
+)  # fmt: skip

@@ -1,9 +1,12 @@
 """Artificial viscosity, which turns the kinetic energy that a shock loses into heat."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
+from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.effect import Effect
+from astroinertia.effects.entries import Entry
 from astroinertia.effects.gradients import (
     Separation,
     Symmetric,
@@ -15,9 +18,12 @@ from astroinertia.effects.gradients import (
     trace,
     trace_of_square,
 )
+from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
+from astroinertia.effects.one_zone import braked
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.units import choice, not_negative, positive
 
 
 class Side(NamedTuple):
@@ -395,3 +401,54 @@ class Viscosity(Effect):
     def timestep(self, xp, fluid):
         """Signals cross the smoothing length: h/v_signal."""
         return elementwise(xp, crossing_time, fluid.smoothing_length, fluid.sums[self.kind]["signal"])[0]
+
+
+def _size(body: Characteristic, options: Options) -> Found:
+    zone = body.zone
+    assert zone is not None and body.mass is not None and body.radius is not None
+    if zone.pressure == 0.0:
+        return 0.0, 0.0
+    if body.bodies > 1 or body.touching:
+        return math.inf, 1.0
+    sound = math.sqrt(body.gamma * zone.pressure / 3.0)
+    mach = braked(zone, body.end) / sound if sound > 0.0 else 0.0
+    periods = max(1.0, body.end * zone.frequency / (2.0 * math.pi))
+    heat = min(1.0, mach) ** 2 * min(1.0, mach * periods)  # waves of Mach number m steepen within 1/m periods
+    return mach, max(within_all(heat), 0.0 if body.homologous else body.falling)
+
+
+ENTRY = Entry(
+    "artificial viscosity, which captures shocks",
+    {
+        "alpha_max": positive("dimensionless", 1.0, "linear coefficient in a shock"),
+        "alpha_min": not_negative(
+            "dimensionless", 0.0, "linear coefficient far from shocks, which damps noise; limiters leave it",
+        ),
+        "beta": not_negative("dimensionless", 4.0, "quadratic coefficient, as a multiple of the linear one"),
+        "decay_length": positive("dimensionless", 10.0, "smoothing lengths over which the coefficient decays"),
+        "switch": choice(
+            "how the coefficient follows the flow: with shocks, or constant at alpha_max", "cullen_dehnen", "none",
+        ),
+        "limiter": choice(
+            "what keeps viscosity out of smooth flow: reconstruction sees only the jump that linear flow on both "
+            "sides leaves, guarded_reconstruction more where particles are closer than they should be, balsara "
+            "weakens it where the flow turns rather than converges",
+            "reconstruction", "guarded_reconstruction", "balsara", "none",
+        ),
+        "stress": choice(
+            "viscous stress of pairs: whole, or trace_free, which does not push sideways where gas is compressed: "
+            "converging shocks heat by what they should; for limiters that reconstruct",
+            "whole", "trace_free",
+        ),
+    },
+    "neighbours", "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995", numerical=True, colour="green",
+    auto="always", needs=("pressure",), limit_power=1.0 / 3.0,
+    size=Measure(
+        "Mach number of the braked fall",
+        "M^2 of the heat, once waves of that Mach number have steepened; what falls",
+        "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _size, ZONE,
+    ),
+    gradients=lambda options: options["switch"] != "none" or options["limiter"] != "none",
+    made=Viscosity,
+    rank=3,
+)  # fmt: skip

@@ -11,9 +11,11 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
-from astroinertia.effects.field_entries import inspiral_time, nearest_approach
+from astroinertia.effects.kinds.gravity_gradient import gradient_turn
+from astroinertia.effects.kinds.radiation_reaction import inspiral_time
+from astroinertia.effects.kinds.tidal_torque import tidal_spin_down
+from astroinertia.effects.kinds.tide import nearest_approach
 from astroinertia.effects.one_zone import Zone, braked, difference, motion
-from astroinertia.effects.rigid_entries import gradient_turn, tidal_spin_down
 from astroinertia.effects.sizes import effect_size
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
