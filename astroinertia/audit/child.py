@@ -45,7 +45,7 @@ def counts(scene: Scene) -> dict[str, Any]:
         evolution = prepared.evolution
         evolution.advance(1e-3 * prepared.outputs.end)
     texts = generated()
-    owners = {entry.module: kind for kind, entry in scene.entries.items()}
+    owners = {entry.made.__module__: kind for kind, entry in scene.entries.items()}
     objects = Counter(map(type, gc.get_objects()))  # what tracing makes is not the scene's
     program = programs.traced(scene, evolution)
     return {

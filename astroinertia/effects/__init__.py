@@ -1,4 +1,4 @@
-"""Effects, and what an effect of your own is made of.
+"""Effects, and what an effect is made of, one of your own as one of this package.
 
     from astroinertia.effects import REQUIRED, Dimension, Effect, Option, positive, pytree
 
@@ -12,8 +12,10 @@ from astroinertia.process.lazy import exported
 if TYPE_CHECKING:
     from astroinertia.effects.affine_parts import AffineParts
     from astroinertia.effects.by_function import FluidState, RigidState
+    from astroinertia.effects.characteristic import Characteristic
     from astroinertia.effects.effect import Effect
-    from astroinertia.effects.measure import Measure
+    from astroinertia.effects.entries import Entry
+    from astroinertia.effects.measure import TURNS, ZONE, Found, Measure, Options, within_all
     from astroinertia.effects.particle_parts import ParticleParts
     from astroinertia.effects.rigid_parts import RigidParts
     from astroinertia.engines.pytree import pytree
@@ -21,18 +23,21 @@ if TYPE_CHECKING:
     from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
 
 __all__ = [
-    "REQUIRED", "AffineParts", "Dimension", "Effect", "FluidState", "Measure", "Option", "Output", "PairTerm",
-    "ParticleParts", "RigidParts", "RigidState", "not_negative", "positive", "pytree",
+    "REQUIRED", "TURNS", "ZONE", "AffineParts", "Characteristic", "Dimension", "Effect", "Entry", "FluidState", "Found",
+    "Measure", "Option", "Options", "Output", "PairTerm", "ParticleParts", "RigidParts", "RigidState", "not_negative",
+    "positive", "pytree", "within_all",
 ]  # fmt: skip
 
 _MODULES = {
     "astroinertia.effects.effect": ("Effect",),
+    "astroinertia.effects.entries": ("Entry",),
+    "astroinertia.effects.characteristic": ("Characteristic",),
     "astroinertia.effects.particle_parts": ("ParticleParts",),
     "astroinertia.effects.affine_parts": ("AffineParts",),
     "astroinertia.effects.by_function": ("FluidState", "RigidState"),
     "astroinertia.effects.rigid_parts": ("RigidParts",),
     "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
-    "astroinertia.effects.measure": ("Measure",),
+    "astroinertia.effects.measure": ("TURNS", "ZONE", "Found", "Measure", "Options", "within_all"),
     "astroinertia.engines.terms": ("Output", "PairTerm"),
     "astroinertia.engines.pytree": ("pytree",),
 }

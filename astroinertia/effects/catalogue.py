@@ -10,15 +10,8 @@ from importlib import import_module
 from typing import Any
 
 from astroinertia.effects import kinds
-from astroinertia.effects.entries import AXIS as AXIS, FORCE_ERROR as FORCE_ERROR, Entry as Entry
-from astroinertia.units import (
-    ALL_MODELS as ALL_MODELS,
-    LIGHT as LIGHT,
-    REQUIRED as REQUIRED,
-    Default as Default,
-    Option as Option,
-    choice as choice,
-)
+from astroinertia.effects.entries import Entry
+from astroinertia.units import Default
 
 _FOUND = {
     module.name: import_module(f"astroinertia.effects.kinds.{module.name}").ENTRY

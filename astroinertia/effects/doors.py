@@ -98,10 +98,11 @@ class Door:
         return entry
 
 
-def _is_pytree(made: Any) -> bool:
-    from astroinertia.effects.effect import is_pytree  # with JAX, which other scenes do without here
+def _is_pytree(made: type) -> bool:
+    """Whether JAX knows the parts of a class, by @pytree."""
+    import jax  # only here: scenes of built-in things need not wait for it
 
-    return is_pytree(made)
+    return not jax.tree_util.all_leaves([object.__new__(made)])
 
 
 @functools.lru_cache(maxsize=16)

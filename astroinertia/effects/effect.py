@@ -37,13 +37,6 @@ def scoped(kind: str, part: Callable) -> Callable:
     return named
 
 
-def is_pytree(made: type) -> bool:
-    """Whether JAX knows the parts of a class, by @pytree."""
-    import jax
-
-    return not jax.tree_util.all_leaves([object.__new__(made)])
-
-
 @dataclass(frozen=True, eq=False)
 class Effect(ParticleParts, AffineParts, RigidParts):
     """One force or energy exchange, with an acceleration of its own, so that its virial tensor can be taken (G = 1).

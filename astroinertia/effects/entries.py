@@ -46,17 +46,12 @@ class Entry:
     made: Any = field(kw_only=True)
 
     @property
-    def module(self) -> str:
-        """The module of its class."""
-        return self.made.__module__
-
-    @property
     def origin(self) -> str:
         """Where it comes from, in words; empty for an effect of this package."""
-        if self.module.startswith("astroinertia.effects.kinds."):
+        module, thing = self.made.__module__, "function" if hasattr(self.made, "function") else "class"
+        if module.startswith("astroinertia.effects.kinds."):
             return ""
-        thing = "function" if hasattr(self.made, "function") else "class"
-        return self.package or f"the {thing} {self.made.__qualname__} of {self.module}, given from Python"
+        return self.package or f"the {thing} {self.made.__qualname__} of {module}, given from Python"
 
 
 FRAME = choice("the axes that it is given in", "inertial", "body")  # of torques

@@ -9,12 +9,13 @@ A scene names a kind and never code (effects.doors). The class says of itself wh
 effects (effects.effect.Effect). Tests: tests/unit/test_effects_door.py.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
+from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import Cost, Entry
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.units import ALL_MODELS
@@ -52,32 +53,26 @@ def entry_of(made: Any, package: str = "") -> Entry:
 
     package: name and version of the package that offers it; empty for a class that is given from Python.
     """
-    from astroinertia.effects.effect import Effect  # with JAX, which other scenes do without here
-
     text = EFFECTS.check(made, Effect, package)
     if not made.models or not set(made.models) <= set(ALL_MODELS):
         raise EFFECTS.refused(made, package, f"its `models` must be some of {', '.join(ALL_MODELS)}")
     return Entry(
-        text, made.options, _loop(made, Effect), made.source, tuple(made.models), made.numerical, size=made.size,
-        gradients=_gradients(made, Effect), presses=_has(made, Effect, "further_pressure"),
-        made=made, package=package,
+        text, made.options, _loop(made), made.source, tuple(made.models), made.numerical, size=made.size,
+        gradients=(lambda options: True) if _has(made, "gradient_terms") else None,
+        presses=_has(made, "further_pressure"), made=made, package=package,
     )  # fmt: skip
 
 
-def _loop(made: Any, plain: Any) -> Cost:
+def _loop(made: Any) -> Cost:
     """The loop that it needs, by the parts that it has."""
-    if _has(made, plain, "all_pair_terms"):
+    if _has(made, "all_pair_terms"):
         return "all pairs"
-    near = _has(made, plain, "neighbour_terms", "gradient_terms")
+    near = _has(made, "neighbour_terms", "gradient_terms")
     return "neighbours" if near else "body" if made.whole_body else "particles"
 
 
-def _gradients(made: Any, plain: Any) -> Callable[[Mapping[str, Any]], bool] | None:
-    return (lambda options: True) if _has(made, plain, "gradient_terms") else None
-
-
-def _has(made: Any, plain: Any, *names: str) -> bool:
-    return any(getattr(made, name) is not getattr(plain, name) for name in names)
+def _has(made: Any, *names: str) -> bool:
+    return any(getattr(made, name) is not getattr(Effect, name) for name in names)
 
 
 def with_functions(effects: Sequence[Any]) -> tuple[Any, ...]:

@@ -5,10 +5,11 @@ Tests: tests/unit/guide/test_guide.py, which looks for every effect and every op
 
 import math
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Entry, Option
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.effects.entries import Entry
 from astroinertia.guide.tables import bounds, table
 from astroinertia.scene.text import toml_value
-from astroinertia.units import EXAMPLES
+from astroinertia.units import EXAMPLES, LIGHT, REQUIRED, Option
 
 HEAD = ("option", "what is written", "default", "meaning")
 LOOPS = {
@@ -21,7 +22,7 @@ INTRODUCTION = """\
 # Effects
 
 This page is written from the catalogue that scenes are checked against. An effect is present only where a scene lists
-it, as a table `[effects.KIND]`, empty where the defaults will do. An effect that is not listed is not imported, not
+it, as a table `[effects.KIND]`, empty where the defaults will do. An effect that is not listed is not made, not
 compiled and not run.
 
 ```toml

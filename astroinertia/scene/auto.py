@@ -9,12 +9,13 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.sizes import MARGIN, Size, effect_size
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.options import effect_options
 from astroinertia.scene.schema import Scene
+from astroinertia.units import LIGHT
 
 AUTO = "auto"
 FIRST = ("gravity", "pressure")

@@ -9,12 +9,12 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED, Option
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.scene import box, companions, initial_body, places, regions, schema
 from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.text import toml_value
-from astroinertia.units import EXAMPLES
+from astroinertia.units import EXAMPLES, LIGHT, REQUIRED, Option
 
 WIDTH = 118  # of a line
 COLUMN = 36  # where comments begin

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from astroinertia.effects import catalogue
 from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.electron_axis import in_matter
 from astroinertia.scene.scales import code_units
@@ -15,8 +16,6 @@ from astroinertia.scene.schema import Scene
 
 def further_pressure(scene: Scene) -> Callable[[np.ndarray], np.ndarray] | None:
     """The sum of what they add at densities (K,), in code units; None where no effect of the scene adds any."""
-    from astroinertia.effects import catalogue  # with what their modules import, which other scenes do without
-
     units, effects = code_units(scene), []
     for kind, options in scene.effects.items():
         if scene.entries[kind].presses:

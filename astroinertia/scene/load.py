@@ -7,8 +7,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from astroinertia.effects.catalogue import ALL_MODELS, CATALOGUE, Entry
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import as_written, made_of
+from astroinertia.effects.entries import Entry
 from astroinertia.effects.own import own_entries, with_functions
 from astroinertia.errors import SceneError
 from astroinertia.observables import own as own_observables
@@ -25,7 +26,7 @@ from astroinertia.scene.problems import Problem, first_problem, nearest, place, 
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
 from astroinertia.scene.text import toml_value, with_overrides
-from astroinertia.units import shown
+from astroinertia.units import ALL_MODELS, shown
 
 SWEEP, SI = "sweep", "SI"
 """The table that makes several runs of a scene: scene.sweep."""

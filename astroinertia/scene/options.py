@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Entry, Option
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door
+from astroinertia.effects.entries import Entry
 from astroinertia.effects.own import EFFECTS
 from astroinertia.scene.dimensional import described, dimensional
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
-from astroinertia.units import SPEED_OF_LIGHT
+from astroinertia.units import LIGHT, SPEED_OF_LIGHT, Default, Option
 
 DIRECTIONS = ("axis", "normal")  # options that say only where something points
 

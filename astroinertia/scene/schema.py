@@ -1,8 +1,8 @@
 """The scene: what a person may ask for, validated and frozen.
 
 Every quantity is a float in SI units once validated (in code units, G = 1, where the scene says `units = "code"`). The
-field descriptions are what `astroinertia new` writes as comments. Effects are checked in load.py, against the plain
-data of effects/catalogue.py, so that no effect that a scene does not list is imported.
+field descriptions are what `astroinertia new` writes as comments. Effects are checked in load.py, against the
+entries of effects/catalogue.py.
 """
 
 from collections.abc import Mapping

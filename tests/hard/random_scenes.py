@@ -21,13 +21,22 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, Default, Option
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import bodies, load, scales, schema
 from astroinertia.scene.dimensional import Quantity
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.text import toml_key, toml_text, toml_value
-from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, dimension_of, pressure_constant_dimension, si_unit
+from astroinertia.units import (
+    GRAVITATIONAL_CONSTANT,
+    LIGHT,
+    Default,
+    Dimension,
+    Option,
+    dimension_of,
+    pressure_constant_dimension,
+    si_unit,
+)
 
 ROOT = Path(__file__).parents[2]
 GIVEN = 0.2  # share of the options that are given although they need not be

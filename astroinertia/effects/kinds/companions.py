@@ -5,11 +5,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic, tidal_parameter
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, tidal_change, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
     orbital_time,
@@ -127,12 +125,9 @@ ENTRY = Entry(
         ),
         "softening": not_negative("length", 0.0, "Plummer softening of the companions"),
     },
-    "particles", "Rein & Liu 2012; Hernquist & Katz 1989", auto="companions",
+    "particles", "Rein & Liu 2012; Hernquist & Katz 1989", auto="companions", made=Companions, rank=10,
     size=Measure(
-        "(M'/M) (R/d)^3 at the nearest",
-        "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
         "Murray & Dermott 1999, section 4.2", _size, ("mass", "radius", "neighbours"),
     ),
-    made=Companions,
-    rank=10,
 )  # fmt: skip

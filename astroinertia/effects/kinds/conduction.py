@@ -3,12 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import Found, Measure, Options
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, Output, PairTerm, pytree
 from astroinertia.units import choice, not_negative
 
 NONE = 1e-100  # rates below this, in code units, are no limit
@@ -88,12 +83,9 @@ ENTRY = Entry(
         ),
     },
     "neighbours", "Price 2008; Wadsley, Veeravalli & Couchman 2008", numerical=True, colour="orange",
-    auto="touching", needs=("pressure",), limit_power=1.0 / 3.0,
+    auto="touching", needs=("pressure",), limit_power=1.0 / 3.0, made=Conduction, rank=4,
     size=Measure(
-        "contacts of materials",
-        "all where matter of different kinds meets; a device without a size of its own else",
+        "contacts of materials", "all where matter of different kinds meets; a device without a size of its own else",
         "Price 2008", _size,
     ),
-    made=Conduction,
-    rank=4,
 )  # fmt: skip

@@ -5,11 +5,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import FRAME, Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.entries import FRAME
 from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, size, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import REQUIRED, Option, not_negative
 
 
@@ -70,10 +68,8 @@ ENTRY = Entry(
     },
     "body", "Goldstein, Poole & Safko 2002, section 5.5", ("rigid", "scaling"), colour="yellow",
     size=Measure(
-        "torque times run over L",
-        "torque times the time that it acts, over L",
+        "torque times run over L", "torque times the time that it acts, over L",
         "Goldstein, Poole & Safko 2002, 1.1", _size, TURNS, ("vector",),
     ),
-    made=ConstantTorque,
-    rank=18,
+    made=ConstantTorque, rank=18,
 )  # fmt: skip

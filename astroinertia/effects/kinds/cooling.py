@@ -4,13 +4,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import ZONE, Characteristic, Effect, Entry, Found, Measure, Options, pytree
 from astroinertia.effects.heat_exchange import changing_time, heat_change
-from astroinertia.effects.measure import ZONE, Found, Measure, Options
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import Option, choice, not_negative, positive
 
 COLD = 1e-20  # of the reference energy: below it a power law falls no further
@@ -174,12 +170,9 @@ ENTRY = Entry(
         "floor": not_negative("specific_energy", None, "thermal energy below which nothing is radiated"),
         "limit": choice("what steps must resolve: the cooling time, or not even that", "cooling_time", "none"),
     },
-    "particles", "Gammie 2001; Rybicki & Lightman 1979",
+    "particles", "Gammie 2001; Rybicki & Lightman 1979", made=Cooling, rank=16,
     size=Measure(
-        "run in cooling times",
-        "2/(3 gamma - 4) of that, times what pressure does",
+        "run in cooling times", "2/(3 gamma - 4) of that, times what pressure does",
         "Chandrasekhar 1939, chapter 4", _size, (*ZONE, "thermal_energy"), ("law",),
     ),
-    made=Cooling,
-    rank=16,
 )  # fmt: skip

@@ -6,11 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
-from astroinertia.effects.entries import AXIS, Entry
-from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.effects.effect import angular_velocity_matrix, moments
+from astroinertia.effects.entries import AXIS
 from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
 
@@ -110,13 +108,7 @@ ENTRY = Entry(
         "until": not_negative("time", None, "when the damping ends; never without it"),
         "frame": choice("what the velocities are relative to", "centre_of_mass", "inertial"),
     },
-    "particles", "Gingold & Monaghan 1977", ("sph", "ellipsoid"), colour="purple",
-    size=Measure(
-        "run over time scale",
-        "1 - exp(-t/tau)",
-        "Gingold & Monaghan 1977", _size, (), ("time_scale",),
-    ),
+    "particles", "Gingold & Monaghan 1977", ("sph", "ellipsoid"), colour="purple", made=Damping, rank=7,
+    size=Measure("run over time scale", "1 - exp(-t/tau)", "Gingold & Monaghan 1977", _size, (), ("time_scale",)),
     pace=lambda options: (options["time_scale"], options["until"]),
-    made=Damping,
-    rank=7,
 )  # fmt: skip

@@ -4,14 +4,9 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import ZONE, Found, Measure, Options
+from astroinertia.effects import ZONE, Characteristic, Effect, Entry, Found, Measure, Options, Output, PairTerm, pytree
 from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise, totals
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.inertia.tensor import namespace
 from astroinertia.sph.fourth_order import weights
 from astroinertia.units import (
@@ -347,10 +342,8 @@ ENTRY = Entry(
     },
     "neighbours", "Liebendoerfer 2005; Shapiro & Teukolsky 1983", needs=("pressure",), presses=True,
     size=Measure(
-        "share of electrons captured",
-        "I of one zone with the pressure of those left to the power 4/3",
+        "share of electrons captured", "I of one zone with the pressure of those left to the power 4/3",
         "Liebendoerfer 2005", _size, (*ZONE, "central_density"),
     ),
-    made=Deleptonisation,
-    rank=6,
+    made=Deleptonisation, rank=6,
 )  # fmt: skip

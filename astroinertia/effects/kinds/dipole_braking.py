@@ -5,11 +5,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import GENERATORS, Effect, moments
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import TURNS, Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import TURNS, Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.effects.effect import GENERATORS, moments
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.units import LIGHT, Option, positive
 
@@ -138,12 +135,9 @@ ENTRY = Entry(
         "index": Option("dimensionless", 3.0, "braking index n: the torque goes with the n-th power of the spin"),
     },
     "body", "Goldreich 1970; Davis & Goldstein 1970; Michel & Goldwire 1970", ("sph", "rigid", "scaling"),
-    colour="purple",
+    colour="purple", made=DipoleBraking, rank=21,
     size=Measure(
-        "torque over L omega",
-        "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
+        "torque over L omega", "1 - (1 + (n - 1) t/tau)^(-1/(n - 1)) with the age tau of the torque of now",
         "Goldreich 1970", _size, TURNS,
     ),
-    made=DipoleBraking,
-    rank=21,
 )  # fmt: skip

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic, tidal_parameter
-from astroinertia.effects.effect import Effect, moments
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.characteristic import tidal_parameter
+from astroinertia.effects.effect import moments
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import Option, positive
 
 
@@ -193,10 +192,8 @@ ENTRY = Entry(
     },
     "particles", "Binney & Tremaine 2008, sections 2.2 and 2.3", ("sph", "ellipsoid"), colour="purple",
     size=Measure(
-        "tidal field times R^3/(G M)",
-        "as a tide of that size",
+        "tidal field times R^3/(G M)", "as a tide of that size",
         "Binney & Tremaine 2008, section 8.2", _size, ("mass", "radius"), ("origin",),
     ),
-    made=ExternalField,
-    rank=12,
+    made=ExternalField, rank=12,
 )  # fmt: skip

@@ -4,14 +4,11 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART, Entry
+from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
+from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.clamped_points import POINTS, SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.sph.fourth_order import smoothed
@@ -237,12 +234,9 @@ ENTRY = Entry(
             "second", "fourth", models=("sph",),
         ),
     },
-    "all pairs", "Price & Monaghan 2007; Dehnen 2014", ALL_MODELS, colour="blue", auto="always",
+    "all pairs", "Price & Monaghan 2007; Dehnen 2014", ALL_MODELS, colour="blue", auto="always", made=Gravity, rank=1,
     size=Measure(
-        "|W| over 3 Pi + 2 T",
-        "I of one zone by the virial theorem, with |W| and without",
+        "|W| over 3 Pi + 2 T", "I of one zone by the virial theorem, with |W| and without",
         "Chandrasekhar 1969, section 14", _size, ZONE,
     ),
-    made=Gravity,
-    rank=1,
 )  # fmt: skip

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic, Neighbour
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.characteristic import Neighbour
 from astroinertia.effects.measure import TURNS, Found, Measure, Options, dot, size, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import second_moment_from_inertia
 
 
@@ -119,10 +117,8 @@ ENTRY = Entry(
     {},
     "body", "Murray & Dermott 1999, section 5.2", ("rigid",), colour="blue", auto="always",
     size=Measure(
-        "torque over L omega",
-        "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
+        "torque over L omega", "(3/2) (G M'/a^3) (H/omega) sin eps cos eps t, and what of B - A is not averaged out",
         "Murray & Dermott 1999, 5.2; Goldreich 1966", _size, (*TURNS, "neighbours"),
     ),
-    made=GravityGradient,
-    rank=23,
+    made=GravityGradient, rank=23,
 )  # fmt: skip

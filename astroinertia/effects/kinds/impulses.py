@@ -5,11 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import FRAME, Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.entries import FRAME
 from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, size, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import REQUIRED, Option, positive
 
 
@@ -60,12 +58,9 @@ ENTRY = Entry(
         "number": Option("dimensionless", 1e9, "how many come at most", minimum=1.0),
         "frame": FRAME,
     },
-    "body", "Goldstein, Poole & Safko 2002, section 1.1", ("rigid",), colour="purple",
+    "body", "Goldstein, Poole & Safko 2002, section 1.1", ("rigid",), colour="purple", made=Impulses, rank=19,
     size=Measure(
-        "impulses over L",
-        "the sum of all impulses over L",
+        "impulses over L", "the sum of all impulses over L",
         "Goldstein, Poole & Safko 2002, 1.1", _size, TURNS, ("angular_momentum", "time"),
     ),
-    made=Impulses,
-    rank=19,
 )  # fmt: skip

@@ -5,11 +5,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.units import REQUIRED, positive
 
 
@@ -64,10 +60,8 @@ ENTRY = Entry(
     },
     "body", "Bloch, Krishnaprasad, Marsden & Ratiu 1996; Burns & Safronov 1973", ("rigid",), colour="orange",
     size=Measure(
-        "run over time scale",
-        "angle of the wobble times 1 - exp(-t/tau)",
+        "run over time scale", "angle of the wobble times 1 - exp(-t/tau)",
         "Burns & Safronov 1973", _size, ("spin",), ("time_scale",),
     ),
-    made=InternalDissipation,
-    rank=22,
+    made=InternalDissipation, rank=22,
 )  # fmt: skip

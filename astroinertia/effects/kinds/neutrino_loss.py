@@ -4,13 +4,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import ZONE, Characteristic, Effect, Entry, Found, Measure, Options, pytree
 from astroinertia.effects.heat_exchange import changing_time, heat_change
-from astroinertia.effects.measure import ZONE, Found, Measure, Options
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import choice, positive
 
 DENSER = 8.0  # that a body that does not collapse may become, by half its radius
@@ -102,25 +98,18 @@ ENTRY = Entry(
             "neutrinos are not trapped; diffusion: of those that are, over a time scale above a density",
             "captures", "diffusion",
         ),
-        "rate": positive(
-            "specific_power", None, "of captures: energy lost at thermal_energy; 1.399e16 W/kg at 2 MeV",
-        ),
+        "rate": positive("specific_power", None, "of captures: energy lost at thermal_energy; 1.399e16 W/kg at 2 MeV"),
         "thermal_energy": positive(
             "specific_energy", None,
             "of captures: thermal energy at which it is; 2.9e14 J/kg for nucleons at 2 MeV",
         ),
-        "trapping_density": positive(
-            "density", None, "of captures: at which the optical depth is 1; about 1e11 g/cm3",
-        ),
+        "trapping_density": positive("density", None, "of captures: at which the optical depth is 1; about 1e11 g/cm3"),
         "time_scale": positive("time", None, "of diffusion: in which heat leaks out, seconds to tens of seconds"),
         "density": positive("density", None, "of diffusion: above which it does"),
     },
-    "particles", "Janka 2001; Murphy & Burrows 2008; Roberts & Reddy 2017",
+    "particles", "Janka 2001; Murphy & Burrows 2008; Roberts & Reddy 2017", made=NeutrinoLoss, rank=17,
     size=Measure(
-        "run in times of loss",
-        "2/(3 gamma - 4) times that, of what pressure does",
+        "run in times of loss", "2/(3 gamma - 4) times that, of what pressure does",
         "Janka 2001", _size, (*ZONE, "thermal_energy", "central_density"), ("law",),
     ),
-    made=NeutrinoLoss,
-    rank=17,
 )  # fmt: skip

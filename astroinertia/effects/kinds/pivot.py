@@ -4,9 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.measure import (
     TURNS,
     Found,
@@ -17,7 +15,6 @@ from astroinertia.effects.measure import (
     size,
     within_all,
 )
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import REQUIRED, Option
 
 
@@ -77,12 +74,9 @@ ENTRY = Entry(
         "gravity": Option("acceleration", REQUIRED, "the acceleration of gravity", shape=(3,)),
         "arm": Option("length", REQUIRED, "from the fixed point to the centre of mass, in body axes", shape=(3,)),
     },
-    "body", "Goldstein, Poole & Safko 2002, section 5.7", ("rigid",), colour="vermillion",
+    "body", "Goldstein, Poole & Safko 2002, section 5.7", ("rigid",), colour="vermillion", made=Pivot, rank=20,
     size=Measure(
-        "M g l/(L omega)",
-        "angle of precession M g l t/L",
+        "M g l/(L omega)", "angle of precession M g l t/L",
         "Goldstein, Poole & Safko 2002, 5.7", _size, (*TURNS, "mass"), ("gravity", "arm"),
     ),
-    made=Pivot,
-    rank=20,
 )  # fmt: skip

@@ -4,15 +4,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
 from astroinertia.effects.gradients import Separation, Symmetric, along, symmetric_inverse
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.sph.fourth_order import weights
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR, own_density, weighed
 from astroinertia.units import ALL_MODELS, choice
@@ -302,14 +298,11 @@ ENTRY = Entry(
             "kernel", "integral", models=("sph",),
         ),
     },
-    "neighbours", "Springel & Hernquist 2002", ALL_MODELS, colour="vermillion", auto="always",
+    "neighbours", "Springel & Hernquist 2002", ALL_MODELS, colour="vermillion", auto="always", made=Pressure, rank=2,
     limit_power=1.0 / 3.0,
     size=Measure(
-        "U/|W|",
-        "I of one zone with 3 Pi and without; mass whose free fall ends",
+        "U/|W|", "I of one zone with 3 Pi and without; mass whose free fall ends",
         "Chandrasekhar 1969, section 14", pressure_size, ZONE,
     ),
     gradients=lambda options: options["order"] == "fourth" or options["gradients"] == "integral",
-    made=Pressure,
-    rank=2,
 )  # fmt: skip

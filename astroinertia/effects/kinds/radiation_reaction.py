@@ -4,11 +4,9 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect, moments
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.effect import moments
 from astroinertia.effects.measure import Found, Measure, Options, lit, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import LIGHT, positive
 
 PERIODS = 2.0  # of the waves, that their frequency is averaged over
@@ -163,12 +161,9 @@ ENTRY = Entry(
     "loss of energy and angular momentum to gravitational waves, by the quadrupole",
     {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, all goes faster")},
     "body", "Burke & Thorne 1970; Misner, Thorne & Wheeler 1973, eq. 36.8", ("sph", "ellipsoid"), colour="orange",
-    auto="always",
+    auto="always", made=RadiationReaction, rank=14,
     size=Measure(
-        "G M/(R c^2)",
-        "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
+        "G M/(R c^2)", "6.4 (G M/(R c^2))^(5/2) ((B - A)/C)^2 (omega t_dyn)^4 t/t_dyn; t over inspiral",
         "Peters 1964; Misner, Thorne & Wheeler 1973, eq. 36.8", _size, ("mass", "radius", "moments"),
     ),
-    made=RadiationReaction,
-    rank=14,
 )  # fmt: skip

@@ -6,12 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, lit
 from astroinertia.effects.one_zone import difference
-from astroinertia.engines.pytree import pytree
 from astroinertia.units import LIGHT, positive
 
 HEAVIER = 4.0  # times its compactness a star is heavier for relativity: Gamma, pressure and energy in the mean
@@ -116,10 +113,8 @@ ENTRY = Entry(
     {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, the body is more compact")},
     "body", "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A", colour="sky", needs=("gravity",),
     size=Measure(
-        "G M/(R c^2)",
-        "I of one zone by the virial theorem, with a weight larger by four times that",
+        "G M/(R c^2)", "I of one zone by the virial theorem, with a weight larger by four times that",
         "Chandrasekhar 1969, section 14; Marek et al. 2006", _size, ZONE,
     ),
-    made=RelativisticPotential,
-    rank=15,
+    made=RelativisticPotential, rank=15,
 )  # fmt: skip

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect, angular_velocity_matrix, moments
-from astroinertia.effects.entries import AXIS, Entry
-from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.effects.effect import angular_velocity_matrix, moments
+from astroinertia.effects.entries import AXIS
 from astroinertia.units import REQUIRED, Option
 
 
@@ -118,10 +116,8 @@ ENTRY = Entry(
     },
     "particles", "Landau & Lifshitz 1976, Mechanics, eq. 39.7", ("sph", "ellipsoid"), colour="yellow",
     size=Measure(
-        "turn of the frame in the run",
-        "the angle that it turns by",
+        "turn of the frame in the run", "the angle that it turns by",
         "Landau & Lifshitz 1976, eq. 39.7", _size, (), ("rate",),
     ),
-    made=RotatingFrame,
-    rank=8,
+    made=RotatingFrame, rank=8,
 )  # fmt: skip

@@ -4,11 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import TURNS, Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import TURNS, Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.units import REQUIRED, not_negative, positive
 
 
@@ -59,10 +55,8 @@ ENTRY = Entry(
     },
     "body", "Munk & MacDonald 1960, chapter 6; Love 1909", ("rigid",), colour="vermillion",
     size=Measure(
-        "bulge k2 R^5 omega^2/(3 G C)",
-        "what the bulge adds to C, and the wobble where its phase has changed",
+        "bulge k2 R^5 omega^2/(3 G C)", "what the bulge adds to C, and the wobble where its phase has changed",
         "Munk & MacDonald 1960, 6", _size, TURNS, ("love_number", "radius"),
     ),
-    made=RotationalDeformation,
-    rank=25,
+    made=RotationalDeformation, rank=25,
 )  # fmt: skip

@@ -5,12 +5,9 @@ from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.bodies.bar_limits import SECULAR
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import DIFFUSION_PART, Entry
+from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
+from astroinertia.effects.entries import DIFFUSION_PART
 from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.units import REQUIRED, not_negative
 
 # 2 (d + 2) in d = 3 dimensions: what makes the sum over radial velocities the Laplacian.
@@ -102,13 +99,9 @@ ENTRY = Entry(
     "viscosity of the fluid itself, which particles have along their separations: L is kept",
     {"kinematic_viscosity": not_negative("viscosity", REQUIRED, "nu, the same everywhere")},
     "neighbours", "Espanol & Revenga 2003; Cleary & Monaghan 1999; Chandrasekhar 1969, section 37",
-    ("sph", "ellipsoid"), colour="green", limit_power=2.0 / 3.0,
+    ("sph", "ellipsoid"), colour="green", limit_power=2.0 / 3.0, made=ShearViscosity, rank=5,
     size=Measure(
-        "5 nu t/R^2",
-        "that, where the flow has shear; times the imbalance of forces in rigid rotation",
-        "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _size, ("radius",),
-        ("kinematic_viscosity",),
+        "5 nu t/R^2", "that, where the flow has shear; times the imbalance of forces in rigid rotation",
+        "Lamb 1932, section 355; Chandrasekhar 1969, section 37", _size, ("radius",), ("kinematic_viscosity",),
     ),
-    made=ShearViscosity,
-    rank=5,
 )  # fmt: skip

@@ -5,11 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.gravity.point_masses import attraction, orbital_time, potential_energy, reaction, virial
 from astroinertia.units import REQUIRED, Option, not_negative, positive
 
@@ -102,12 +98,9 @@ ENTRY = Entry(
         "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
         "number": Option("dimensionless", 16.0, "of sinks, at most", minimum=1.0, maximum=1000.0),
     },
-    "particles", "Bate, Bonnell & Price 1995",
+    "particles", "Bate, Bonnell & Price 1995", made=Sinks, rank=11,
     size=Measure(
-        "central density over the sinks'",
-        "all once the density is reached; the mass whose free fall ends before",
+        "central density over the sinks'", "all once the density is reached; the mass whose free fall ends before",
         "Bate, Bonnell & Price 1995", _size, ("central_density",), ("density",),
     ),
-    made=Sinks,
-    rank=11,
 )  # fmt: skip

@@ -5,11 +5,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect, moments
-from astroinertia.effects.entries import Entry
-from astroinertia.effects.measure import Found, Measure, Options, within_all
-from astroinertia.engines.pytree import pytree
+from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.effects.effect import moments
 from astroinertia.inertia import target
 from astroinertia.inertia.tensor import require_plausible
 from astroinertia.units import REQUIRED, Option, positive
@@ -124,9 +121,7 @@ def _size(body: Characteristic, options: Options) -> Found:
 ENTRY = Entry(
     "a force that drives the body's inertia tensor to a given elongation, orientation or size",
     {
-        "stiffness": positive(
-            "inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation",
-        ),
+        "stiffness": positive("inverse_time_squared", REQUIRED, "acceleration per distance, of size and elongation"),
         "axis_ratios": Option(
             "dimensionless", None, "ratios of the semi-axes that the body is to have, at any size", shape=(3,),
             minimum=0.0, exclusive=True,
@@ -140,19 +135,12 @@ ENTRY = Entry(
             shape=(3,),
         ),
         "second_axis": Option("dimensionless", None, "where the second is, what is across the first", shape=(3,)),
-        "orientation_stiffness": positive(
-            "inverse_time_squared", None, "of the orientation; as stiffness without it",
-        ),
-        "normal": Option(
-            "dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,),
-        ),
+        "orientation_stiffness": positive("inverse_time_squared", None, "of the orientation; as stiffness without it"),
+        "normal": Option("dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,)),
     },
-    "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange",
+    "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange", made=TargetTensor, rank=13,
     size=Measure(
-        "stiffness times R^3/(G M)",
-        "stiffness times t^2, or t_dyn^2",
+        "stiffness times R^3/(G M)", "stiffness times t^2, or t_dyn^2",
         "Zajac, Jones & Glazier 2003", _size, ("mass", "radius"), ("stiffness",),
     ),
-    made=TargetTensor,
-    rank=13,
 )  # fmt: skip

@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.characteristic import Neighbour, tidal_parameter
 from astroinertia.effects.measure import TURNS, Found, Measure, Options, share_of_momentum, within_all
-from astroinertia.engines.pytree import pytree
 from astroinertia.matter.rheology import dissipation
 from astroinertia.units import REQUIRED, Option, positive
 
@@ -112,16 +110,12 @@ ENTRY = Entry(
             "dimensionless", None, "alpha of Andrade's creep on top of it", minimum=0.0, maximum=1.0,
             exclusive=True,
         ),
-        "fluid_love_number": positive(
-            "dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one",
-        ),
+        "fluid_love_number": positive("dimensionless", 1.5, "k_2 were it fluid; love_number is then the elastic one"),
     },
     "body", "Mignard 1979; Goldreich & Soter 1966; Efroimsky 2012", ("rigid",), colour="green",
     size=Measure(
-        "(M'/M) (R/a)^3",
-        "torque on the lagging tide times the run, over L",
+        "(M'/M) (R/a)^3", "torque on the lagging tide times the run, over L",
         "Goldreich & Soter 1966", _size, (*TURNS, "neighbours"), ("love_number", "radius"),
     ),
-    made=TidalTorque,
-    rank=24,
+    made=TidalTorque, rank=24,
 )  # fmt: skip

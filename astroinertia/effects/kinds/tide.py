@@ -7,11 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 import astroinertia.engines.late_jnp as jnp
-from astroinertia.effects.characteristic import Characteristic, tidal_parameter
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import AXIS, Entry
+from astroinertia.effects import Characteristic, Effect, Entry, pytree
+from astroinertia.effects.characteristic import tidal_parameter
+from astroinertia.effects.entries import AXIS
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
-from astroinertia.engines.pytree import pytree
 from astroinertia.gravity.point_masses import (
     attraction,
     orbital_time,
@@ -202,12 +201,9 @@ ENTRY = Entry(
             "tidal", "direct",
         ),
     },
-    "particles", "Murray & Dermott 1999, chapter 2", ("sph", "ellipsoid"), colour="sky",
+    "particles", "Murray & Dermott 1999, chapter 2", ("sph", "ellipsoid"), colour="sky", made=Tide, rank=9,
     size=Measure(
-        "(M'/M) (R/d)^3 at the nearest",
-        "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
+        "(M'/M) (R/d)^3 at the nearest", "five times that if bound, times (t/t_dyn)^2 at first; all beyond Roche",
         "Murray & Dermott 1999, section 4.2", _size, ("mass", "radius"), ("mass", "position"),
     ),
-    made=Tide,
-    rank=9,
 )  # fmt: skip

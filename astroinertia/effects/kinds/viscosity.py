@@ -4,9 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
-from astroinertia.effects.characteristic import Characteristic
-from astroinertia.effects.effect import Effect
-from astroinertia.effects.entries import Entry
+from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
 from astroinertia.effects.gradients import (
     Separation,
     Symmetric,
@@ -21,8 +19,6 @@ from astroinertia.effects.gradients import (
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import braked
 from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.pytree import pytree
-from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.units import choice, not_negative, positive
 
 
@@ -442,13 +438,10 @@ ENTRY = Entry(
         ),
     },
     "neighbours", "Cullen & Dehnen 2010; Monaghan 1997; Balsara 1995", numerical=True, colour="green",
-    auto="always", needs=("pressure",), limit_power=1.0 / 3.0,
+    auto="always", needs=("pressure",), limit_power=1.0 / 3.0, made=Viscosity, rank=3,
     size=Measure(
-        "Mach number of the braked fall",
-        "M^2 of the heat, once waves of that Mach number have steepened; what falls",
+        "Mach number of the braked fall", "M^2 of the heat, once waves of that Mach number have steepened; what falls",
         "Landau & Lifshitz 1987, Fluid Mechanics, section 101", _size, ZONE,
     ),
     gradients=lambda options: options["switch"] != "none" or options["limiter"] != "none",
-    made=Viscosity,
-    rank=3,
 )  # fmt: skip

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.catalogue import CATALOGUE, Default
-from astroinertia.units import DIMENSIONS
+from astroinertia.effects.catalogue import CATALOGUE
+from astroinertia.units import DIMENSIONS, Default
 
 
 @pytest.mark.parametrize("kind", CATALOGUE)

@@ -1,4 +1,4 @@
-"""One file of the package is all that another kind of body, of equation of state, or another observable takes."""
+"""One file of the package is all that another effect, kind of body or of equation of state, or observable takes."""
 
 import subprocess
 import sys
@@ -38,9 +38,32 @@ class MonatomicGas(Fluid):
         from astroinertia.matter import gases
         return gases.ideal(5 / 3)
 '''
+RESISTANCE = '''
+"""Resistance of a medium at rest."""
+from dataclasses import dataclass
+from typing import Any
+from astroinertia.effects import REQUIRED, Dimension, Effect, Entry, Measure, positive, pytree
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Resistance(Effect):
+    """a = -k v."""
+    strength: Any
+    kind = "resistance"
+    external = True
+    def affine_force(self, body):
+        return -self.strength * body.second_moment * body.rate
+
+ENTRY = Entry(
+    "resistance of a medium at rest", {"strength": positive(Dimension(0, 0, -1), REQUIRED, "acceleration over speed")},
+    "particles", "Newton 1687", ("ellipsoid",), made=Resistance,
+    size=Measure("strength times run", "that", "", lambda body, options: (0.0, options["strength"] * body.end)),
+)
+'''
 RUNS = """
 import sys, astroinertia, numpy as np
-import astroinertia.scene.body_kinds, astroinertia.scene.fluid_kinds
+import astroinertia.effects.kinds, astroinertia.scene.body_kinds, astroinertia.scene.fluid_kinds
+astroinertia.effects.kinds.__path__.append(sys.argv[4])
 astroinertia.scene.body_kinds.__path__.append(sys.argv[1])
 astroinertia.scene.fluid_kinds.__path__.append(sys.argv[2])
 from astroinertia.observables import quantities
@@ -64,18 +87,23 @@ pressure_fraction = 0.9
 kind = "ideal"
 [effects.gravity]
 [effects.pressure]
+[effects.damping]
+time_scale = 2.0
+frame = "inertial"
 [time]
 end = 0.5
 [output]
 series_every = 0.1
 '''
 OTHER = SCENE.replace('"power_law"\\nexponent = 1.0', '"cusp"').replace('"ideal"', '"monatomic"')
-from astroinertia.guide import scene_reference
+OTHER = OTHER.replace('damping]\\ntime_scale = 2.0\\nframe = "inertial"', "resistance]\\nstrength = 0.5")
+from astroinertia.guide import effects_reference, scene_reference
+assert "acceleration over speed" in effects_reference.text()
 from astroinertia.scene import example, load, plan
 assert 'kind = "cusp"' in scene_reference.text() and 'kind = "monatomic"' in scene_reference.text()
 assert "kind cusp: how steep it is" in example.example_text()
 lines = plan.plan(load.loads(OTHER)).text()
-assert "cusp" in lines and "P = A rho^(5/3)" in lines, lines
+assert "cusp" in lines and "P = A rho^(5/3)" in lines and "strength times run" in lines, lines
 try:
     load.loads(OTHER, ["body.kind='cups'"])
 except astroinertia.errors.SceneError as error:
@@ -95,11 +123,12 @@ print("both ran")
 """
 
 
-def test_a_body_an_equation_of_state_and_an_observable_are_one_file_each(tmp_path) -> None:
-    for folder, text in (("bodies", CUSP), ("fluids", MONATOMIC)):
+def test_an_effect_a_body_an_equation_of_state_and_an_observable_are_one_file_each(tmp_path) -> None:
+    for folder, text in (("bodies", CUSP), ("fluids", MONATOMIC), ("effects", RESISTANCE)):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "another.py").write_text(text)
-    arguments = [sys.executable, "-c", RUNS, str(tmp_path / "bodies"), str(tmp_path / "fluids"), str(tmp_path)]
+        (tmp_path / folder / ("resistance.py" if folder == "effects" else "another.py")).write_text(text)
+    folders = (tmp_path / "bodies", tmp_path / "fluids", tmp_path, tmp_path / "effects")
+    arguments = [sys.executable, "-c", RUNS, *map(str, folders)]
     done = subprocess.run(arguments, capture_output=True, text=True, cwd=PACKAGE.parent)
     assert done.stdout.endswith("both ran\n"), done.stderr
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from astroinertia.effects.catalogue import CATALOGUE, LIGHT, REQUIRED
+from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import schema, sweep as sweeps
 from astroinertia.scene.example import example_text
@@ -17,7 +17,7 @@ from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.load import KINDS, load_file, loads, resolved_text
 from astroinertia.scene.plan import cadence, code_units, plan, records, smoothing
 from astroinertia.scene.text import toml_text, with_overrides
-from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT, SOLAR_MASS
+from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT, LIGHT, REQUIRED, SOLAR_MASS
 
 SIMS = Path(__file__).parents[3] / "sims"
 
