@@ -23,7 +23,7 @@ import numpy as np
 from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_source import NAMESPACE_CALLS, Sources
 from astroinertia.engines.templates import template
-from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.engines.threads import available_threads, carry_out
 
 Array = Any
 MANY = ModuleType("numpy_of_many")
@@ -98,13 +98,13 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     count = _count(arguments)
     if not by_numpy(xp):
         return tuple(_joined(xp, value, count) for value in function(xp, *map(_apart, arguments)))
-    if _is_for_numpy(xp, arguments, count):
-        return tuple(_in_rows(parts, count) for parts in _of_few(function, arguments, count))
-    flat, kinds = _flat(arguments, count)
-    loop, shapes = _each(function, kinds)
-    results = [np.empty((count, *shape)) for shape in shapes]
-    _run(loop, count, *flat, *(result.reshape(-1) for result in results))
-    return tuple(results)
+    if not _is_for_numpy(xp, arguments, count):
+        flat, kinds = _flat(arguments, count)
+        loop, shapes = _each(function, kinds)
+        results = [np.empty((count, *shape)) for shape in shapes]
+        if carry_out(loop, _workers(count), count, *flat, *(result.reshape(-1) for result in results)):
+            return tuple(results)
+    return tuple(_in_rows(parts, count) for parts in _numpy_values(function, arguments, count))
 
 
 def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple[Array, ...]] = ((),)) -> Any:
@@ -116,18 +116,18 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     if not by_numpy(xp):
         results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]
         return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*results, strict=True))
-    if _is_for_numpy(xp, arguments, count := _count(arguments)):
-        values = [_of_few(function, (*arguments, *more), count) for more in cases]
-        return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
-    shared, kinds = _flat(arguments, count)
-    flat = [_flat(more, count) for more in cases]
-    loop, shapes = _sums(function, kinds, flat[0][1], len(cases))
-    widths = [WIDTHS[shape] for shape in shapes]
-    parts = np.zeros((len(cases), sum(widths), max(1, -(-count // CHUNK))))
-    _run(loop, count, *shared, *(a for more, _ in flat for a in more), parts)
-    # Along the last axis numpy adds pairwise.
-    sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
-    return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
+    if not _is_for_numpy(xp, arguments, count := _count(arguments)):
+        shared, kinds = _flat(arguments, count)
+        flat = [_flat(more, count) for more in cases]
+        loop, shapes = _sums(function, kinds, flat[0][1], len(cases))
+        widths = [WIDTHS[shape] for shape in shapes]
+        parts = np.zeros((len(cases), sum(widths), max(1, -(-count // CHUNK))))
+        if carry_out(loop, _workers(count), count, *shared, *(a for more, _ in flat for a in more), parts):
+            # Along the last axis numpy adds pairwise.
+            sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
+            return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
+    values = [_numpy_values(function, (*arguments, *more), count) for more in cases]
+    return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
 
 
 def by_numpy(xp: Any) -> bool:
@@ -164,11 +164,11 @@ def _is_for_numpy(xp: Any, arguments: Sequence[Array], count: int) -> bool:
     return count <= (FEW if xp is np else 0) and not any(isinstance(argument, Table) for argument in arguments)
 
 
-def _of_few(function: Callable, arguments: Sequence[Array], count: int) -> list[list[Array]]:
-    """What it returns for so many particles, computed by numpy: the components of each thing."""
-
+def _numpy_values(function: Callable, arguments: Sequence[Array], count: int) -> list[list[Array]]:
+    """What it returns for so many particles: the components of each thing."""
+    rows = (_apart(a if isinstance(a, Table) else _rows(a, count)) for a in arguments)
     with np.errstate(all="ignore"):
-        return [_parts(value) for value in function(np, *(_apart(_rows(argument, count)) for argument in arguments))]
+        return [_parts(value) for value in function(np, *rows)]
 
 
 def _in_rows(parts: Sequence[Array], count: int) -> Array:
@@ -202,8 +202,8 @@ def _rows(argument: Array, count: int) -> Array:
     return array if array.ndim else array[()]
 
 
-def _run(loop: Callable, count: int, *arrays: Array) -> None:
-    share_out(loop, max(1, min(available_threads(), count // ALONE)), count, *arrays)
+def _workers(count: int) -> int:
+    return max(1, min(available_threads(), count // ALONE))
 
 
 Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, None for a number

@@ -28,7 +28,7 @@ from astroinertia.engines.numba_modules import (
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
 from astroinertia.engines.terms import Density, PairTerm
-from astroinertia.engines.threads import available_threads, share_out
+from astroinertia.engines.threads import available_threads, carry_out
 from astroinertia.engines.together import ALONE, Alone, Part
 from astroinertia.sph.kernels import KERNELS
 
@@ -222,7 +222,7 @@ class Engine:
         smallest = 1e-12 * float(np.sqrt((sides**2).sum()))
         options = (KERNELS[kernel].support, LISTED, eta, max(tolerance, FINEST[self.precision]), smallest)
         results = np.empty((4, len(mine.indices)))
-        share_out(function, self._workers_for(mine), *given, np.array(options, dtype=np.float64), results)
+        carry_out(function, self._workers_for(mine), *given, np.array(options, dtype=np.float64), results)
         length, density, grad_h, *zeta = map(part.whole, results if softening else results[:3])
         return Density(length, density, grad_h, zeta[0] if softening else None)
 
@@ -266,15 +266,15 @@ class Engine:
         results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, intervals)
         if isinstance(made, FewPass):
             given = tables_of(made.needs, sources_of(position, mass, smoothing_length, made.arrays, named), support)
-            share_out(made.sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
+            carry_out(made.sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
         else:
             lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
             inputs = (position, smoothing_length, mass, support, *named)
             packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
             table = _table(arrangement, len(mass) if packed else 0, made.width)
             if packed:
-                share_out(made.pack, workers, *inputs, table)
-            share_out(
+                carry_out(made.pack, workers, *inputs, table)
+            carry_out(
                 made.sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
                 lists.pool, *arrays,
             )  # fmt: skip
@@ -306,7 +306,7 @@ class Engine:
                 made.needs.rows, sources_of(position, mass, smoothing_length, made.arrays, named), support
             )
             results, arrays = _results(np.zeros, terms, virials, len(mass), leaves.count)
-            share_out(made.sums, self.workers, sources, leaves.start, *arrays)
+            carry_out(made.sums, self.workers, sources, leaves.start, *arrays)
             return _finished(results, virial)
         _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
         targets = leaves.count  # as many nodes of the tree, each with its targets
@@ -314,7 +314,7 @@ class Engine:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
         results, arrays = _results(np.zeros, terms, virials, len(mass), targets)
-        share_out(
+        carry_out(
             function, self.workers, *nodes.columns, mass, support, support if distant else np.inf, nodes.rows,
             arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
         )  # fmt: skip
@@ -366,7 +366,7 @@ class Engine:
         room = 32 * len(chosen.leaves) * LEAF_SIZE
         while True:
             pool, used = np.empty(room, np.int32), np.zeros(1, np.int64)
-            share_out(
+            carry_out(
                 lists_pass(), self._workers_for(chosen), *nodes.columns, position, support, nodes.rows, leaves.start,
                 chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
             )  # fmt: skip

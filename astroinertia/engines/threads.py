@@ -6,12 +6,16 @@ The functions release Python's lock, so plain threads do; nothing depends on whi
 import functools
 import os
 from collections.abc import Callable
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
+
+noting: ContextVar[Callable[..., None] | None] = ContextVar("noting", default=None)
+"""What notes passes in place of carrying them out, and may make up their results."""
 
 
 def available_threads() -> int:
@@ -33,6 +37,15 @@ def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> No
     finally:
         for other in others:
             other.result()
+
+
+def carry_out(function: Callable[..., Any], threads: int, *arguments: Any) -> bool:
+    """Share a pass out, unless somebody only notes which passes there are; whether it was carried out."""
+    if (note := noting.get()) is None:
+        share_out(function, threads, *arguments)
+        return True
+    note(function, *arguments)
+    return False
 
 
 @functools.lru_cache(maxsize=4)

@@ -1,5 +1,6 @@
 """Loops over particles: what they compute, in every shape, and that threads and chunks leave no trace."""
 
+from contextvars import copy_context
 from types import ModuleType
 
 import jax
@@ -11,6 +12,7 @@ from numba.core import event
 from astroinertia.engines import elementwise as loops
 from astroinertia.engines.elementwise import MANY, elementwise, totals
 from astroinertia.engines.few import FEW
+from astroinertia.engines.threads import noting
 
 random = np.random.default_rng(8)
 COUNT = 2 * loops.ALONE + 700  # two threads, and a part of a chunk
@@ -67,7 +69,7 @@ def test_few_particles_have_the_same_results_without_programs(monkeypatch: pytes
     with event.install_recorder("numba:compile") as recorder:
         few = results(np)
     assert not recorder.buffer
-    monkeypatch.setattr(loops, "_of_few", None)
+    monkeypatch.setattr(loops, "_numpy_values", None)
     for one, other in zip(few, results(MANY), strict=True):
         assert one.shape == other.shape
         assert one.flags.c_contiguous
@@ -78,12 +80,41 @@ def test_few_particles_have_the_same_results_without_programs(monkeypatch: pytes
 def test_what_looks_things_up_is_compiled_for_few_particles_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a table with a division by zero; a step of a planet of 500 takes numpy alone two to three times as long."""
     entries, places = np.array([0.0, 3.0, 5.0]), 3.0 * MASS[:5]
-    monkeypatch.setattr(loops, "_of_few", None)
+    monkeypatch.setattr(loops, "_numpy_values", None)
     value, inverse = elementwise(np, looked_up, places, loops.Table(entries))
     expected = entries[np.floor(places).astype(int)]
     assert np.array_equal(value, expected)
     with np.errstate(divide="ignore"):
         assert np.array_equal(inverse, 1.0 / expected)
+
+
+def test_what_is_only_noted_is_computed_by_numpy() -> None:
+    """However many particles there are, in a table too, and nothing is compiled."""
+    entries, places = loops.Table(np.array([0.0, 3.0, 5.0])), 3.0 * MASS
+    noted: list[str] = []
+
+    def results() -> list[np.ndarray]:
+        sums = totals(np, weighted, MASS, VECTOR, cases=[(VECTOR,), (2.0 * VECTOR,)])
+        return [
+            *elementwise(np, turned, MASS, VECTOR, MATRIX, 0.3),
+            *elementwise(np, looked_up, places, entries),
+            *sums,
+        ]
+
+    def only_noted() -> list[np.ndarray]:
+        noting.set(lambda function, *_: noted.append(function.py_func.__module__))
+        with event.install_recorder("numba:compile") as recorder:
+            found = results()
+        assert not recorder.buffer
+        return found
+
+    for one, other in zip(copy_context().run(only_noted), results(), strict=True):
+        assert np.allclose(one, other, rtol=1e-12, atol=1e-11)
+    assert ["_".join(name.split("_")[:-1]) for name in noted] == [
+        "totals_weighted",
+        "particlewise_turned",
+        "particlewise_looked_up",
+    ]
 
 
 def test_jax_computes_the_same() -> None:

@@ -259,7 +259,7 @@ def test_steps_and_records_of_few_particles_share_a_program(reference, monkeypat
                 np.testing.assert_array_equal(values, outputs[name])
     asked.clear()
     monkeypatch.setattr(numba_cpu, "FEW", COUNT - 1)
-    monkeypatch.setattr(numba_cpu, "share_out", lambda *_: None)  # nothing is compiled of it
+    monkeypatch.setattr(numba_cpu, "carry_out", lambda *_: None)  # nothing is compiled of it
     engine.neighbour_sums(arrangement, KERNEL, NEIGHBOUR_TERMS, fields)
     engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)
     assert asked == [False, False]

@@ -16,7 +16,7 @@ from astroinertia.costs.compiling import by_two_processes
 from astroinertia.costs.machine import shipped
 from astroinertia.costs.prediction import predict
 from astroinertia.engines import elementwise, numba_cpu
-from astroinertia.engines.threads import share_out
+from astroinertia.engines.threads import carry_out
 from astroinertia.run.loop import run_scene
 from astroinertia.run.programs import programs
 from astroinertia.scene.load import load_file
@@ -45,14 +45,14 @@ def noted_run(scene: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> set[
     """Run it; the programs that carried out its sums and loops, by module, name and types."""
     carried: set[tuple] = set()
 
-    def noted(function: Any, threads: int, *arguments: Any) -> None:
+    def noted(function: Any, threads: int, *arguments: Any) -> bool:
         types = tuple(map(function.typeof_pyval, (np.zeros(1, np.int64), *arguments)))
         carried.add((function.py_func.__module__, function.py_func.__name__, types))
-        share_out(function, threads, *arguments)
+        return carry_out(function, threads, *arguments)
 
     with monkeypatch.context() as patched:
-        patched.setattr(numba_cpu, "share_out", noted)
-        patched.setattr(elementwise, "share_out", noted)
+        patched.setattr(numba_cpu, "carry_out", noted)
+        patched.setattr(elementwise, "carry_out", noted)
         run_scene(scene, folder)
     return carried
 
