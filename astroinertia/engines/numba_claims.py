@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba.core.caching import Cache
+from numba.core.event import Event, Listener, install_listener
 
+from astroinertia.engines.threads import compiling
 from astroinertia.process import activity
 
 BYTES_OF_A_NAME = 7  # places in a file are signed numbers of eight bytes
@@ -23,59 +24,57 @@ BYTES_OF_A_NAME = 7  # places in a file are signed numbers of eight bytes
 def shared(descriptor: int, missed: Callable[[], None]) -> Iterator[None]:
     """Within, programs that another process compiles with the same file are waited for, not compiled once more.
 
-    descriptor: of the file, open for writing; missed: called before each program that is not on disk is compiled here
-    or waited for.
+    descriptor: of the file, open for writing; missed: called before each program that is not on disk is compiled here.
     """
-    load, save = Cache.load_overload, Cache.save_overload
+    ready = set()
 
-    def loaded(cache: Any, signature: Any, context: Any) -> Any:
-        found = load(cache, signature, context)
-        if found is not None:
-            return found
-        missed()
-        if not claimed(descriptor, cache):
-            _wait_for(descriptor, cache)
-            found = load(cache, signature, context)
-            if found is not None:
-                _let_go(descriptor, cache)
-        return found
+    def compile_first(function: Any, *arguments: Any) -> None:
+        if function not in ready and hasattr(function, "compile"):  # with numba switched off it is plain Python
+            compile_once(descriptor, function, tuple(map(function.typeof_pyval, arguments)))
+            ready.add(function)
 
-    def saved(cache: Any, signature: Any, data: Any) -> None:
-        try:
-            save(cache, signature, data)
-        finally:
-            _let_go(descriptor, cache)
-
-    Cache.load_overload, Cache.save_overload = loaded, saved  # type: ignore[method-assign]
+    before = compiling.set(compile_first)
     try:
-        yield
+        with install_listener("numba:compile", _Missed(missed)):
+            yield
     finally:
-        Cache.load_overload, Cache.save_overload = load, save  # type: ignore[method-assign]
+        compiling.reset(before)
 
 
-def claimed(descriptor: int, cache: Any) -> bool:
-    """Whether the program of a cache is this process's to compile from now on; not where another compiles it."""
+def compile_once(descriptor: int, function: Any, signature: tuple, patient: bool = True) -> None:
+    """Compile a program, or find it on disk; what another process compiles is waited for, or left to that."""
+    place = _place(function.py_func)
     try:
-        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(cache))
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
     except BlockingIOError:
-        return False
-    return True
-
-
-def _wait_for(descriptor: int, cache: Any) -> None:
-    words = f"compiling {cache._py_func.__name__.replace('_', ' ').strip()}"
-    activity.begin(words)
+        if not patient:
+            return
+        words = f"compiling {function.py_func.__name__.replace('_', ' ').strip()}"
+        activity.begin(words)
+        try:
+            fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
+        finally:
+            activity.end(words)
     try:
-        fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, _place(cache))
+        function.compile(signature)
     finally:
-        activity.end(words)
+        fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, place)
 
 
-def _let_go(descriptor: int, cache: Any) -> None:
-    fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, _place(cache))
+class _Missed(Listener):
+    """Calls a function when a program that is kept on disk is compiled; what is found there is not an event."""
+
+    def __init__(self, missed: Callable[[], None]) -> None:
+        self._missed = missed
+
+    def on_start(self, event: Event) -> None:
+        if (event.data or {})["dispatcher"].stats.cache_path:
+            self._missed()
+
+    def on_end(self, event: Event) -> None:
+        pass
 
 
-def _place(cache: Any) -> int:
-    function = cache._py_func
+def _place(function: Callable) -> int:
     name = hashlib.sha256(f"{function.__module__}.{function.__qualname__}".encode()).digest()
     return int.from_bytes(name[:BYTES_OF_A_NAME], "big")

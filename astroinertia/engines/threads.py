@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 noting: ContextVar[Callable[..., None] | None] = ContextVar("noting", default=None)
 """What notes passes in place of carrying them out, and may make up their results."""
 
+compiling: ContextVar[Callable[..., None] | None] = ContextVar("compiling", default=None)
+"""What compiles a program for its arguments before it is run with them, where not numba as it comes to it."""
+
 
 def available_threads() -> int:
     """Threads that a loop is shared out over unless set otherwise: NUMBA_NUM_THREADS, or the processor's cores."""
@@ -28,6 +31,8 @@ def available_threads() -> int:
 def share_out(function: Callable[..., Any], threads: int, *arguments: Any) -> None:
     """Run function(counter, *arguments) on every thread; counter (1,) int64 starts at 0 and is theirs to count on."""
     counter = np.zeros(1, np.int64)
+    if (compile_first := compiling.get()) is not None:
+        compile_first(function, counter, *arguments)
     if threads == 1:
         function(counter, *arguments)
         return

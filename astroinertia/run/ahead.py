@@ -20,7 +20,7 @@ def main() -> None:
     the scene and its origin.
     """
     threading.Thread(target=_end_with_the_run, daemon=True).start()
-    from astroinertia.engines.numba_claims import claimed, shared
+    from astroinertia.engines.numba_claims import compile_once, shared
     from astroinertia.run.programs import programs
     from astroinertia.scene import load
 
@@ -29,8 +29,7 @@ def main() -> None:
     warnings.simplefilter("ignore")  # nothing is made of the numbers
     with shared(descriptor, lambda: None):
         for function, signature in reversed(programs(load.loads(text, origin=origin))):
-            if claimed(descriptor, function._cache):
-                function.compile(signature)
+            compile_once(descriptor, function, signature, patient=False)
 
 
 def _end_with_the_run() -> NoReturn:

@@ -7,6 +7,7 @@ also where that is killed. No signal of a terminal reaches it.
 Tests: tests/unit/run/test_beside.py.
 """
 
+import functools
 import json
 import os
 import sys
@@ -34,14 +35,11 @@ def _helped(scene: Scene) -> Iterator[None]:
     from astroinertia.engines.numba_claims import shared
 
     with tempfile.TemporaryFile() as file, ExitStack() as stack:
-        asked = False
 
+        @functools.cache  # one process for all that is missed
         def missed() -> None:
-            nonlocal asked
-            if not asked:
-                asked = True
-                with suppress(OSError):  # where no process can be started, this one compiles everything
-                    stack.enter_context(_process(scene, file))
+            with suppress(OSError):  # where no process can be started, this one compiles everything
+                stack.enter_context(_process(scene, file))
 
         with shared(file.fileno(), missed):
             yield

@@ -10,35 +10,41 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import pytest
+from numba import float64, int64
 from numba.core import event
-from numba.core.caching import Cache
 
 from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_claims import claimed, shared
+from astroinertia.engines.numba_claims import compile_once, shared
+from astroinertia.engines.threads import share_out
 from astroinertia.process import activity
 
+SIGNATURE = int64[::1], int64, float64[::1]
 TEXT = """
 from numba import njit
 
 
 @njit(cache=True)
-def doubled(value):
-    return 2 * value + {more}
+def doubled(counter, value, result):
+    result[0] = 2 * value + {more}
 """
-# Claims the program, says so, and compiles it when asked to.
+# Claims the program, where it is not on disk, says so, and compiles it when asked to.
 OTHER = """
 import sys
+import numpy as np
 from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_claims import claimed, shared
+from astroinertia.engines.numba_claims import shared
+from astroinertia.engines.threads import share_out
+
+def missed():
+    print("claimed", flush=True)
+    if sys.stdin.readline().strip() != "compile":
+        sys.exit()
 
 descriptor, text = int(sys.argv[1]), sys.argv[2]
-doubled = load_module("doubled", text).doubled
-with shared(descriptor, lambda: None):
-    assert claimed(descriptor, doubled._cache)
-    print("claimed", flush=True)
-    if sys.stdin.readline().strip() == "compile":
-        doubled(1)
+with shared(descriptor, missed):
+    share_out(load_module("doubled", text).doubled, 1, 1, np.empty(1))
 """
 
 
@@ -50,11 +56,16 @@ def file(tmp_path, monkeypatch):
         yield opened.fileno()
 
 
+def command(descriptor: int, text: str) -> list[str]:
+    return [sys.executable, "-c", OTHER, str(descriptor), text]
+
+
 @contextmanager
 def other(descriptor: int, text: str) -> Iterator[Any]:
-    command = [sys.executable, "-c", OTHER, str(descriptor), text]
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, pass_fds=[descriptor], text=True) as child:
+    with subprocess.Popen(
+        command(descriptor, text), stdin=pipe, stdout=pipe, pass_fds=[descriptor], text=True
+    ) as child:
         try:
             assert child.stdout is not None and child.stdout.readline() == "claimed\n"
             yield child
@@ -62,13 +73,18 @@ def other(descriptor: int, text: str) -> Iterator[Any]:
             child.kill()
 
 
-def called_meanwhile(descriptor: int, function: Any, then: Any) -> tuple[int, str, int]:
+def called(function: Any, value: int) -> float:
+    share_out(function, 1, value, result := np.empty(1))
+    return float(result[0])
+
+
+def called_meanwhile(descriptor: int, function: Any, then: Any) -> tuple[float, str, int]:
     """What it returns for 3, the words while it waits, and how many functions were compiled here."""
-    result: list[int] = []
+    result: list[float] = []
 
     def call() -> None:
         with shared(descriptor, lambda: None):
-            result.append(function(3))
+            result.append(called(function, 3))
 
     with event.install_recorder("numba:compile") as recorder:
         caller = threading.Thread(target=call)
@@ -88,7 +104,8 @@ def test_what_another_process_compiles_is_waited_for_and_found(file) -> None:
     text = TEXT.format(more=os.getpid())
     with other(file, text) as child:
         doubled = load_module("doubled", text).doubled
-        assert not claimed(file, doubled._cache)
+        compile_once(file, doubled, SIGNATURE, patient=False)
+        assert not doubled.signatures  # that is left to the other
         result, words, compiled = called_meanwhile(file, doubled, lambda: child.communicate("compile\n"))
     assert (result, words, compiled) == (6 + os.getpid(), "compiling doubled", 0)
 
@@ -101,14 +118,15 @@ def test_what_a_killed_process_was_to_compile_is_compiled_here(file) -> None:
     assert (result, compiled) == (6 - os.getpid(), 1)
 
 
-def test_a_program_is_free_again_once_it_is_kept_and_numba_is_left_as_it_was(file) -> None:
-    load, save = Cache.load_overload, Cache.save_overload
+def test_a_program_is_free_again_once_it_is_kept_and_nothing_is_claimed_afterwards(file) -> None:
     missed: list[None] = []
     text = TEXT.format(more=0.5)
     doubled = load_module("doubled", text).doubled
     with shared(file, lambda: missed.append(None)):
-        assert doubled(1) == 2.5
-        assert doubled(2) == 4.5 and len(missed) == 1
-        with other(file, text):  # which can claim it
-            pass
-    assert (Cache.load_overload, Cache.save_overload) == (load, save)
+        assert called(doubled, 1) == 2.5
+        assert called(doubled, 2) == 4.5 and len(missed) == 1
+        found = subprocess.run(command(file, text), pass_fds=[file], capture_output=True, timeout=60.0, check=True)
+        assert not found.stdout  # nor does it wait
+    text = TEXT.format(more=1.5)
+    with other(file, text):
+        assert called(load_module("doubled", text).doubled, 1) == 3.5 and len(missed) == 1
