@@ -5,8 +5,8 @@ operation. Functions are written as pair functions are, on plain scalars over a 
 floor, int64 and take besides: (N,) comes to them as a scalar, (N, 3) as (x, y, z), (N, 3, 3) as three rows, a plain
 number as it is, and a `Table` as the whole of it, whose entries are had by xp.take(table, xp.int64(index)); and they
 return such things. With jax.numpy they are called on whole arrays as they stand, and so with numpy where particles are
-few: a program takes 0.1 to 0.7 s to compile, and saves some 50 us of a call. With MANY, which is numpy otherwise, the
-programs are taken all the same: few particles of many have theirs compiled already.
+few: a program takes 0.1 to 0.7 s to compile, and saves some 50 us of a call. With COMPILED, which is numpy otherwise,
+programs are taken all the same: few particles of many have theirs already.
 
 Loops go over fixed chunks of particles, and sums add up chunks in their order: the bits do not depend on the threads.
 """
@@ -15,7 +15,7 @@ import functools
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,7 @@ from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, carry_out
 
 Array = Any
-MANY = ModuleType("numpy_of_many")
-vars(MANY).update(vars(np))
+COMPILED = SimpleNamespace(**vars(np))
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
 ALONE = 16384  # particles a thread must have to be worth starting: loops take some 1 to 10 ns each, to start it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
@@ -131,8 +130,8 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
 
 
 def by_numpy(xp: Any) -> bool:
-    """Whether that is numpy, under whatever name."""
-    return xp is np or xp is MANY
+    """Whether that is numpy, whose work on few particles is compiled or not."""
+    return xp is np or xp is COMPILED
 
 
 def added(one: Array | None, other: Array | None) -> Array | None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines import tree
-from astroinertia.engines.elementwise import MANY
+from astroinertia.engines.elementwise import COMPILED
 from astroinertia.engines.few import FEW
 from astroinertia.engines.few_sources import rows_of, sources_of, tables_of
 from astroinertia.engines.numba_modules import (
@@ -114,9 +114,9 @@ class Engine:
             raise ValueError(f"precision must be one of {', '.join(FINEST)}, not {self.precision!r}")
 
     @property
-    def xp(self) -> ModuleType:
+    def xp(self) -> Any:
         """What work on each particle by itself is done with (elementwise)."""
-        return np if self.among <= FEW else MANY
+        return np if self.among <= FEW else COMPILED
 
     @property
     def workers(self) -> int:
