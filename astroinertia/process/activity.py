@@ -3,6 +3,10 @@
 Tests: tests/unit/process/test_activity.py, tests/unit/run/test_meter.py.
 """
 
+from collections.abc import Callable
+
+listeners: list[Callable[[int], None]] = []
+"""Called with 1 as something begins, and with -1 as it ends."""
 _under_way: list[str] = []  # the outermost first; threads only add and remove
 
 
@@ -20,8 +24,12 @@ def current() -> str:
 def begin(words: str) -> None:
     """It is being done from now on, until `end`."""
     _under_way.append(words)
+    for listener in listeners:
+        listener(1)
 
 
 def end(words: str) -> None:
     """It is over."""
     _under_way.remove(words)
+    for listener in listeners:
+        listener(-1)

@@ -36,10 +36,8 @@ class Profile:
             self.watch.seconds[START] += Seconds(wall, min(wall, time.process_time()))
 
     def __enter__(self) -> Self:
-        for name, beside in (("begin", self._compiles), ("end", self._compiled)):
-            before = getattr(activity, name)
-            self._stack.callback(setattr, activity, name, before)
-            setattr(activity, name, _both(before, beside))
+        activity.listeners.append(self._compiles)
+        self._stack.callback(activity.listeners.remove, self._compiles)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -73,23 +71,12 @@ class Profile:
         }
 
     # A program is compiled within another one's compiling, and by whichever thread comes first, while others wait.
-    def _compiles(self, _: str) -> None:
+    def _compiles(self, more: int) -> None:
         if self._compiling == 0:
             self._compiled_since = now()
-        self._compiling += 1
-
-    def _compiled(self, _: str) -> None:
-        self._compiling -= 1
+        self._compiling += more
         if self._compiling == 0:
             self.watch.seconds[COMPILING] += since(self._compiled_since)
-
-
-def _both(first: Callable[[str], None], second: Callable[[str], None]) -> Callable[[str], None]:
-    def called(words: str) -> None:
-        first(words)
-        second(words)
-
-    return called
 
 
 def _places(body: type, archive: type) -> Places:

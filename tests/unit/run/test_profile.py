@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from astroinertia.cli import main
 from astroinertia.cli.main import BAD_INPUT, GOOD
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.ledger.moments import Ledgers
+from astroinertia.process import activity
 from astroinertia.run import loop
 from astroinertia.run.profile import Profile
 from astroinertia.scene import load
@@ -74,6 +76,21 @@ def test_what_is_watched_is_as_it_was_afterwards(tmp_path):
         loop.run_scene(scene, tmp_path / "run", profile=profile)
         assert dict(vars(Engine)) != before[0]
     assert (dict(vars(Engine)), dict(vars(Ledgers))) == before
+
+
+def test_what_is_compiled_within_another_is_counted_once_and_nothing_is_heard_afterwards():
+    with Profile() as profile:
+        begun = time.perf_counter()
+        activity.begin("compiling a pass")
+        for act in (activity.begin, activity.end, activity.end):
+            time.sleep(0.01)
+            act("compiling a pass")
+        passed = time.perf_counter() - begun
+    counted = profile.watch.seconds["compiling"].wall
+    assert 0.03 <= counted <= passed
+    activity.begin("compiling a pass")
+    activity.end("compiling a pass")
+    assert profile.watch.seconds["compiling"].wall == counted and not activity.listeners
 
 
 def test_models_without_particles_have_steps_and_records(tmp_path):
