@@ -1,8 +1,9 @@
 """Where the time of a run went: seconds of its parts, for its file. Runs without a profile import nothing of this.
 
 Parts are timed as they are called: passes of particles by the engine that carries them out, what an effect does by
-itself by its name, ledger, records and writing. Compiling within any part is counted as compiling. The programs of the
-xla engine, and of models without particles, hold whole steps, which have no parts that could be timed.
+itself by its name, ledger, records and writing; what is left of the whole run is between parts. Compiling within any
+part is counted as compiling. The programs of the xla engine, and of models without particles, hold whole steps, which
+have no parts that could be timed.
 Tests: tests/unit/run/test_profile.py.
 """
 
@@ -15,11 +16,12 @@ from astroinertia.build.assemble import Prepared
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.ledger.moments import Ledgers
 from astroinertia.process import activity
-from astroinertia.process.stopwatch import Places, Seconds, Stopwatch, now, since, watched
+from astroinertia.process.stopwatch import Places, Seconds, Stopwatch, less, now, since, total, watched
 
 START, PREPARING, COMPILING = "start", "preparing", "compiling"
 DENSITY, GRADIENTS, FORCES, OTHER_SUMS = "density", "gradients", "forces", "other sums"
 LEDGER, SORTING, REST, RECORDS, WRITING = "ledger", "sorting", "rest of steps", "records", "writing"
+BETWEEN = "between parts"
 # What an effect of particles does by itself.
 OF_EFFECTS = ("own_sums", "acceleration", "exchange", "remember", "remember_sums")
 OF_LEDGERS = ("drifted", "rounded", "kicked", "heated")
@@ -31,9 +33,11 @@ class Profile:
     def __init__(self, begun: float | None = None) -> None:
         self.watch, self.threads = Stopwatch(REST), 1
         self._stack, self._compiling, self._compiled_since = ExitStack(), 0, now()
+        wall, processor = self._begin = now()
         if begun is not None:
-            wall = time.monotonic() - begun  # importing, by one thread
-            self.watch.seconds[START] += Seconds(wall, min(wall, time.process_time()))
+            wall -= time.monotonic() - begun  # importing, by one thread
+            self._begin = wall, max(0.0, processor - (self._begin[0] - wall))
+            self.watch.seconds[START] += since(self._begin)
 
     def __enter__(self) -> Self:
         activity.listeners.append(self._compiles)
@@ -62,7 +66,8 @@ class Profile:
 
         profile_threads: how many threads passes over particles are shared out over.
         """
-        parts = sorted(self.watch.seconds.items(), key=lambda part: -part[1].wall)
+        named = self.watch.seconds | {BETWEEN: less(since(self._begin), total(self.watch.seconds.values()))}
+        parts = sorted(named.items(), key=lambda part: -part[1].wall)
         return {
             "profile_parts": ", ".join(name for name, _ in parts),
             "profile_wall_time": [seconds.wall for _, seconds in parts],
