@@ -10,6 +10,7 @@ from astroinertia.build import companions
 from astroinertia.build.effects import effects_of
 from astroinertia.build.spheres import Star, building, sphere
 from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.dataset.bounds import FAR
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.principal import principal_frame
@@ -51,6 +52,12 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     tensor = np.diag(moments)  # in the scene's axes of the body
     if pivots:
         arm = np.asarray(pivots[0].arm, dtype=float)
+        size = math.sqrt(np.max(moments) / mass)
+        if (away := float(np.linalg.norm(arm))) > FAR * size > 0.0:
+            raise SceneError(
+                f"[effects.pivot] arm: is {away / size:.2g} times the body's radius of gyration, where its shape is "
+                f"rounded away; it may be at most {FAR:g} times that."
+            )
         tensor = about_point(tensor, mass, arm)
     deformability, rate = None, 0.0
     if deformable:

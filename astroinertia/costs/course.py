@@ -198,6 +198,7 @@ def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
         tide, index = scene.effects.get("tide"), getattr(body, "index", None)
         torn_apart = torn.grown(tide, code_units(scene), index, initial.mass, sphere.size, end)
         times, sizes = contraction(sphere, end) if torn_apart is None else torn_apart
+        sizes = np.minimum(sizes, FARTHEST)
     else:
         times, sizes = course(sphere, end)
         falls = sizes.min() <= SHAKEN or (sphere.gamma < STABLE and sizes[-1] < 1.0)

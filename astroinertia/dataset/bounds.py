@@ -16,6 +16,7 @@ MISMATCH = 1e-3  # of the sum of m |x| |a|
 NOTHING = 1e-6  # of the largest virial tensor of an output: an effect that does less is not judged
 ENERGY = 0.05  # of the largest energy
 FAR = 1e6  # sizes of a body, a distance from the origin at which squares are rounded to 1e-4 of the body's
+SHORTER = "take shorter time steps, or a smaller tolerance where [numerics] has one"
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy", "potential_energy")
 
 
@@ -41,8 +42,8 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
     error = _largest(series.get("integration_energy_error"))
     if error > ENERGY * scale > 0.0:
         warnings.append(
-            f"integration lost or made {error / scale:.2g} of the largest energy (at most {ENERGY:g} is usual): take "
-            "shorter time steps."
+            f"integration lost or made {error / scale:.2g} of the largest energy (at most {ENERGY:g} is usual): "
+            f"{SHORTER}."
         )
     return warnings
 
@@ -58,7 +59,7 @@ def _remedy(series: Mapping[str, np.ndarray]) -> str:
             f"the body is {away:.2g} of its sizes from the origin, where its shape is rounded away: begin nearer to "
             "the origin, or move with it"
         )
-    return "take shorter time steps"
+    return SHORTER
 
 
 def ledger_message(attributes: Mapping[Any, Any]) -> str:

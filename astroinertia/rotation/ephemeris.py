@@ -27,6 +27,7 @@ _COEFFICIENTS = 2 * _FITTED
 _MOST_HALVINGS = 24  # of the first segment: orbits with a pericentre at 1e-5 of the distance
 _TOLERANCE = 1e-13
 _TOLERANCE_WHFAST = 1e-8
+_FINEST_WHFAST = 256  # pieces in one of its steps, which are bodies that meet: their orbits are not WHFast's to tell
 _TOLERANCE_ARCHIVE = 1e-8  # between its snapshots
 _ROUND_OFF = 1e-15  # of coefficients over the distance
 _FIRST = 4.0  # of the first segment, in units of the shortest time of the orbits: about right where they are circles
@@ -215,6 +216,11 @@ def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
 
     for halvings in range(_MOST_HALVINGS + 2):
         length = span / 2 ** (level + halvings)
+        if _FINEST_WHFAST * length < bodies.dt:
+            raise NumericalError(
+                f"WHFast does not follow these orbits: pieces of 1/{_FINEST_WHFAST} of its step of {bodies.dt:.3g} are "
+                f"not smooth to {allowed:.1e} of the distance (bodies that meet); take ias15"
+            )
         now, worst, parts = bodies.copy(), 0.0, []
         while len(parts) < 2 ** (level + halvings):
             now.t = 0.0  # of the segment: late times are too coarse for the points

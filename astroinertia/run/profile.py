@@ -16,7 +16,7 @@ from astroinertia.build.assemble import Prepared
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.ledger.moments import Ledgers
 from astroinertia.process import activity
-from astroinertia.process.stopwatch import Places, Seconds, Stopwatch, less, now, since, total, watched
+from astroinertia.process.stopwatch import Places, Stopwatch, less, now, since, total, watched
 
 START, PREPARING, COMPILING = "start", "preparing", "compiling"
 DENSITY, GRADIENTS, FORCES, OTHER_SUMS = "density", "gradients", "forces", "other sums"

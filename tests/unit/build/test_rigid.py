@@ -95,6 +95,7 @@ def test_a_pivot_takes_the_moments_to_the_fixed_point():
     [
         (BODY + "axes_at_start = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]\n" + NONE, "right-handed"),
         (BODY + "change = { times = [0.5], factors = [2.0] }\n" + PIVOT, "prescribes the size"),
+        (BODY + NONE + PIVOT.replace("0.5", "1e7"), "radius of gyration, where its shape is rounded away"),
         (BODY + 'rotation = { rate = 1.0, law = "j_constant", scale = 1.0 }\n' + NONE, "law must be rigid"),
         ('[body]\nkind = "rigid"\nmass = 1.0\nmoments = [1.0, 1.0, 0.0]\n'
          "rotation = { angular_momentum = 1.0 }\n" + NONE, "rod's own axis"),

@@ -51,6 +51,12 @@ def test_a_condensed_star_is_torn_apart_deeper_in():
     assert grown(TIDE | {"pericentre_time": 0.0})[0][0] == 0.0
 
 
+def test_a_tide_beyond_all_measure_is_planned_without_a_warning():
+    """Sizes of 1e200 at the end have powers that are no numbers; warnings are errors here."""
+    done = counted(load.load_file(SCENE, ["body.particles=500", "effects.tide.position=[1e-100, 0.0, 0.0]"]))
+    assert done.steps > 0.0
+
+
 def test_the_work_of_a_scene_goes_with_it():
     done, whole = (
         counted(load.load_file(SCENE, ["body.particles=500", *more]))
