@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
-from tests.unit.effects.test_relativistic_potential import SLY, tov_star
+from tests.unit.effects.kinds.test_relativistic_potential import SLY, tov_star
 
 from tests.effective_star import effective_star
 from tests.evolve import evolve, prepared
