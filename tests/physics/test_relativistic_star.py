@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
-from tests.unit.effects.kinds.test_relativistic_potential import SLY, tov_star
 
 from tests.effective_star import effective_star
 from tests.evolve import evolve, prepared
+from tests.unit.effects.kinds.test_relativistic_potential import SLY, tov_star
 
 SCENE = (Path(__file__).parents[2] / "sims" / "neutron_star.toml").read_text()
 UNIT = 1476.625  # G Msun/c^2 in m
