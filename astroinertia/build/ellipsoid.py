@@ -173,6 +173,8 @@ def _check_incompressible(scene: Scene, deformation: np.ndarray, rate: np.ndarra
     for name in ("specific_internal_energy", "entropy", "pressure_fraction"):
         if getattr(body, name) is not None:
             raise SceneError(f"[body] {name} is for a gas, and the fluid is incompressible.")
+    if not np.linalg.cond(deformation) < 1.0 / np.finfo(float).eps:
+        raise SceneError("[body] axes are so unlike that the volume, which the fluid is to keep, is rounded away.")
     gradient = rate @ np.linalg.inv(deformation)
     if abs(np.trace(gradient)) > _TRACE * np.abs(gradient).max():
         raise SceneError(

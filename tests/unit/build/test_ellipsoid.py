@@ -131,6 +131,7 @@ def test_it_says_what_is_exact(text, settings, message):
         (("body={kind='rotating_star', index=1.0, mass=1.0, radius=1.0, axis_ratio=0.8}",), "no stretched sphere"),
         ((*INCOMPRESSIBLE, "body.pressure_fraction=0.5"), "pressure_fraction is for a gas"),
         ((*INCOMPRESSIBLE, "body.velocity_gradient=[[1.0,0.0,0.0],[0.0,0.0,0.0],[0.0,0.0,0.0]]"), "has a trace"),
+        ((*INCOMPRESSIBLE, "body.axes=[1.0, 1e-34, 1e-34]"), "axes are so unlike that the volume"),
         ((*INCOMPRESSIBLE, "effects={gravity={}}"), "needs [effects.pressure]"),
         ((*INCOMPRESSIBLE, "model='sph'", "body.particles=100"), "for the model ellipsoid, not for sph"),
         (("body={kind='power_law', exponent=2.6, mass=1.0, radius=1.0}",), "has no bound"),
