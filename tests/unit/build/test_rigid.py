@@ -111,8 +111,10 @@ ASTEROID = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [2.5, 3.0, 1.0]\n'  # 
 
 def angles(row):
     """Of L from z, and from the axis of the largest moment, in degrees."""
-    momentum = row["angular_momentum"] / np.linalg.norm(row["angular_momentum"])
-    return np.degrees(np.arccos(momentum[2])), np.degrees(np.arccos(abs(row["attitude"][1] @ momentum)))
+    momentum, axis = row["angular_momentum"], row["attitude"][1]
+    axis = axis * np.copysign(1.0, axis @ momentum)
+    sines = (np.linalg.norm(np.cross(each, momentum)) for each in (np.eye(3)[2], axis))
+    return np.degrees(np.arctan2(list(sines), [momentum[2], axis @ momentum]))
 
 
 @pytest.mark.parametrize(("obliquity", "wobble"), [(0.0, 30.0), (25.0, 0.0), (140.0, 75.0), (90.0, 90.0)])

@@ -189,13 +189,16 @@ def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, caps
 
 
 @pytest.mark.slow
-def test_a_sweep_of_26_takes_less_than_three_seconds_of_a_processor(elsewhere):
-    command = [sys.executable, "-m", "astroinertia", "ratios", "--body", "Mars", "--sweep", "core_density=5500:8000:26"]
-    for file in ("cold.csv", "warm.csv"):
+def test_a_sweep_of_26_takes_less_than_twice_the_processor_time_of_one_of_two(elsewhere):
+    command = [sys.executable, "-m", "astroinertia", "ratios", "--body", "Mars", "--sweep"]
+    seconds = []
+    for number in (2, 26):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([*command, "--csv", file], check=True, capture_output=True, timeout=120)
+        sweep = [f"core_density=5500:8000:{number}", "--csv", f"{number}.csv"]
+        subprocess.run([*command, *sweep], check=True, capture_output=True, timeout=120)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 3.0
+        seconds.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    assert seconds[1] < 2.0 * seconds[0]
 
 
 @pytest.mark.slow

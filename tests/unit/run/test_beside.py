@@ -57,15 +57,25 @@ def noted_run(scene: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> set[
     return carried
 
 
+def run_alone(scene: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> set[tuple]:
+    """As `noted_run`, in this process by itself; they are what is known ahead."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    run = noted_run(scene, folder, monkeypatch)
+    known = {(f.py_func.__module__, f.py_func.__name__, types) for f, types in programs(scene)}
+    assert known == run and len(run) > 20
+    return run
+
+
 @pytest.mark.slow
+def test_all_programs_of_a_run_are_known_before_it(tmp_path, monkeypatch) -> None:
+    run_alone(load_file(SIMS / "evrard.toml", MANY), tmp_path, monkeypatch)
+
+
+@pytest.mark.full
 @two_cores
 def test_a_first_run_by_two_processes_has_the_bits_of_one_that_finds_everything_compiled(tmp_path, monkeypatch) -> None:
     scene = load_file(SIMS / "evrard.toml", MANY)
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")  # so that this process does it alone
-    run = noted_run(scene, tmp_path / "alone", monkeypatch)
-    known = {(f.py_func.__module__, f.py_func.__name__, types) for f, types in programs(scene)}
-    assert known == run and len(run) > 20
-
+    run = run_alone(scene, tmp_path / "alone", monkeypatch)
     kept = TWO | {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "ASTROINERTIA_CACHE": str(tmp_path / "kernels")}
     command = [sys.executable, "-c", RUN, str(tmp_path / "two"), str(SIMS / "evrard.toml"), *MANY]
     compiled = subprocess.run(command, env=os.environ | kept, capture_output=True, text=True, check=True)
