@@ -189,7 +189,7 @@ def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, caps
 
 
 @pytest.mark.slow
-def test_a_sweep_of_26_takes_less_than_twice_the_processor_time_of_one_of_two(elsewhere):
+def test_a_sweep_of_26_takes_little_more_processor_time_than_one_of_two(elsewhere):
     command = [sys.executable, "-m", "astroinertia", "ratios", "--body", "Mars", "--sweep"]
     seconds = []
     for number in (2, 26):
@@ -198,7 +198,7 @@ def test_a_sweep_of_26_takes_less_than_twice_the_processor_time_of_one_of_two(el
         subprocess.run([*command, *sweep], check=True, capture_output=True, timeout=120)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    assert seconds[1] < 2.0 * seconds[0]
+    assert seconds[1] < 1.7 * seconds[0]  # 1.1 to 1.3 measured; most of both is to import
 
 
 @pytest.mark.slow
