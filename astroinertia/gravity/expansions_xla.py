@@ -1,118 +1,143 @@
-"""Multipole and Taylor expansions of 1/r in Cartesian components, traced with jax.numpy over batches of nodes.
+"""Multipole and local expansions, as gravity.expansions has them, traced with jax.numpy over batches of nodes.
 
-With multi-indices n, k, moments M_k = sum m s^k/k! about a source's centre and a target's centre at R from it,
+The polynomials h_a(x) are x^a/a! with every z^2 replaced by -(x^2 + y^2), which D does not see: for harmonic a alone,
 
-    sum m/|R + t - s| = sum_n t^n/n! sum_k (-1)^|k| D_(n+k)(R) M_k,    D_n = d^n (1/R),    |n| + |k| <= p.
+    1/|R + t - s| = sum_a sum_b h_a(-s) h_b(t) D_(a+b)(R),    h_c(s + t) D_c = sum_(a+b) h_a(s) h_b(t) D_(a+b),
 
-Cut off at the same combined order for sources and targets, the forces of two nodes on each other are opposite, to
-rounding (Dehnen 2002, J. Comput. Phys. 179, 27). A batch is a list of one array a component, so that everything
-here is arithmetic between arrays of one shape. Components are in units of the node's scale c: M_k/c^|k|, L_n c^|n|,
-which keeps float32 from overflow.
+so that moments, shifts, interactions and fields are sums over harmonic a and b, with D_(a+b) of at most two z. Here
+|a| + |b| <= p: cut off alike for sources and targets, the potential energy is that whose gradient the forces are. An
+expansion is a dictionary {a: array}, so that everything here is arithmetic between arrays of one shape. Moments
+M_a/c^|a| and coefficients L_a c^|a| are in units of a node's scale c, which keeps float32 from overflow.
 """
 
-from functools import lru_cache
+import math
+from collections.abc import Iterable
+from functools import reduce
+from operator import add
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
+
+from astroinertia.gravity.expansions import Index, harmonic, indices
 
 Array = Any
-Index = tuple[int, int, int]
+Expansion = dict[Index, Array]
+UNITS: tuple[Index, Index, Index] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
-@lru_cache
-def multi_indices(order: int) -> tuple[Index, ...]:
-    """All (a, b, c) with a + b + c <= order, by ascending sum."""
-    return tuple((a, b, n - a - b) for n in range(order + 1) for a in range(n, -1, -1) for b in range(n - a, -1, -1))
+def harmonics(order: int, x: list[Array]) -> Expansion:
+    """h_a(x) up to an order, of three arrays of one shape."""
+    powers: Expansion = {(0, 0, 0): jnp.ones_like(x[0])}
+    for a in indices(order)[1:]:
+        axis = max(k for k in range(3) if a[k])
+        powers[a] = powers[_less(a, axis)] * (x[axis] / a[axis])
+    return _folded(powers)
 
 
-@lru_cache
-def places(order: int) -> dict[Index, int]:
-    """Where each multi-index is in `multi_indices`."""
-    return {index: place for place, index in enumerate(multi_indices(order))}
+def derivatives(order: int, x: list[Array]) -> Expansion:
+    """D_a, derivatives of 1/r from order 1 to `order`, of at most two z, at unit vectors.
 
-
-def _sum(one: Index, other: Index) -> Index:
-    return one[0] + other[0], one[1] + other[1], one[2] + other[2]
-
-
-def monomials(order: int, x: list[Array]) -> list[Array]:
-    """x^n/n! of three arrays of one shape, a list over multi-indices."""
-    powers: dict[Index, Array] = {(0, 0, 0): jnp.ones_like(x[0])}
-    for index in multi_indices(order)[1:]:
-        axis = max(range(3), key=lambda a: index[a])
-        lower = tuple(index[a] - (a == axis) for a in range(3))
-        powers[index] = powers[lower] * (x[axis] / index[axis])  # type: ignore[index]
-    return list(powers.values())
-
-
-def derivatives(order: int, x: list[Array]) -> list[Array]:
-    """D_n(x), all derivatives of 1/r up to an order, a list over multi-indices; infinite at the origin.
-
-    d^(n + e) = x_e T' + n_e T'' with T^(j) the same derivatives of (1/r d/dr)^j (1/r).
+    From McMurchie & Davidson (1978, J. Comput. Phys. 26, 218), eq. 4.6.
     """
-    inverse = jax.lax.rsqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-    squared = inverse * inverse
-    radial = [inverse]
-    for j in range(order):
-        radial.append(radial[-1] * squared * -(2.0 * j + 1.0))
-    table: dict[Index, list[Array]] = {(0, 0, 0): radial}
-    for index in multi_indices(order)[1:]:
-        axis = min((a for a in range(3) if index[a]), key=lambda a: index[a])
-        lower = tuple(index[a] - (a == axis) for a in range(3))
-        twice = tuple(index[a] - 2 * (a == axis) for a in range(3))
-        rows = []
-        for j in range(order - sum(index) + 1):
-            value = x[axis] * table[lower][j + 1]  # type: ignore[index]
-            rows.append(value + lower[axis] * table[twice][j + 1] if lower[axis] else value)  # type: ignore[index]
-        table[index] = rows
-    return [rows[0] for rows in table.values()]
+    table: dict[tuple[Index, int], Any] = {}
+
+    def value(a: Index, m: int) -> Any:
+        if a == (0, 0, 0):
+            return float((-1) ** m * math.prod(range(1, 2 * m, 2)))
+        if (a, m) not in table:
+            # An axis with a single derivative takes one term.
+            axis = next((k for k in (2, 1, 0) if a[k] == 1), min((k for k in range(3) if a[k]), key=lambda k: a[k]))
+            once = _less(a, axis)
+            found = x[axis] * value(once, m + 1)
+            if once[axis]:
+                found = found + once[axis] * value(_less(once, axis), m + 1)
+            table[a, m] = found
+        return table[a, m]
+
+    return with_two_z({a: value(a, 0) for a in harmonic(order)[1:]})
 
 
-def scaled(order: int, values: list[Array], factor: Array) -> list[Array]:
-    """Components times factor^|n|."""
+def with_two_z(values: Expansion) -> Expansion:
+    """Derivatives of a potential, and those of two z besides, which Laplace's equation has from the others."""
+    result = dict(values)
+    for a in [(0, 0, 0), *values]:
+        along_x, along_y, along_z = (_plus(_plus(a, unit), unit) for unit in UNITS)
+        if a[2] == 0 and along_x in values:
+            result[along_z] = -(values[along_x] + values[along_y])
+    return result
+
+
+def scaled(values: Expansion, factor: Array) -> Expansion:
+    """Components times factor^|a|."""
     powers = [jnp.ones_like(factor)]
-    for _ in range(order):
+    for _ in range(max(map(sum, values))):
         powers.append(powers[-1] * factor)
-    return [value * powers[sum(n)] for n, value in zip(multi_indices(order), values, strict=True)]
+    return {a: value * powers[sum(a)] for a, value in values.items()}
 
 
-def local(order: int, separation: list[Array], moments: list[Array]) -> list[Array]:
-    """L_n = -sum_k (-1)^|k| D_(n+k) M_k of sources without a dipole, at `separation` = target - source."""
-    d = derivatives(order, separation)
-    where, indices = places(order), multi_indices(order)
-    # About its centre of mass a source has no dipole.
-    sources = [(k, moments[where[k]] if sum(k) % 2 else -moments[where[k]]) for k in indices if sum(k) != 1]
-    return [sum(d[where[_sum(n, k)]] * m for k, m in sources if sum(n) + sum(k) <= order) for n in indices]
+def local(order: int, direction: list[Array], moments: Expansion) -> Expansion:
+    """L_b = sum_a M_a D_(a+b) of sources whose centres are at unit distance, against `direction`."""
+    d, given = _apart(derivatives(order, direction)) | {(0, 0, 0): 1.0}, _apart(moments)
+    return {
+        b: _total(d[_plus(a, b)] * m for a, m in given.items() if sum(a) + sum(b) <= order) for b in harmonic(order)
+    }
 
 
-def moments_shifted(order: int, moments: list[Array], by: list[Array]) -> list[Array]:
-    """Moments about a new centre from those about one that is at `by` from it; without dipoles to begin with."""
-    e, where = monomials(order, by), places(order)
-    indices = [k for k in multi_indices(order) if sum(k) != 1]
-    return [
-        sum(moments[where[j]] * e[where[difference]] for j in indices if (difference := _lower(k, j)))
-        for k in multi_indices(order)
-    ]
+def moments_shifted(order: int, moments: Expansion, by: list[Array]) -> Expansion:
+    """Moments up to an order, about a centre that is at `by` from the one that they are given about."""
+    h = _apart(harmonics(order, by))
+    terms: dict[Index, list[Array]] = {}
+    for a, m in moments.items():
+        for b, value in h.items():
+            if sum(a) + sum(b) <= order:
+                terms.setdefault(_plus(a, b), []).append(m * value)
+    return _folded({c: _total(each) for c, each in terms.items()})
 
 
-def local_shifted(order: int, values: list[Array], by: list[Array]) -> list[Array]:
-    """A Taylor expansion about a centre from that about another one; the new one is at `by` from it."""
-    e, where, indices = monomials(order, by), places(order), multi_indices(order)
-    return [
-        sum(values[where[m]] * e[where[difference]] for m in indices if (difference := _lower(m, n))) for n in indices
-    ]
+def local_shifted(order: int, values: Expansion, by: list[Array]) -> Expansion:
+    """Local coefficients about a centre that is at `by` from the one that they are given about."""
+    h, given = _apart(harmonics(order, by)), with_two_z(values)
+    return {
+        b: _total(given[_plus(b, c)] * value for c, value in h.items() if sum(b) + sum(c) <= order)
+        for b in harmonic(order)
+    }
 
 
-def _lower(one: Index, other: Index) -> Index | None:
-    # one - other, where it is one.
-    difference = one[0] - other[0], one[1] - other[1], one[2] - other[2]
-    return difference if min(difference) >= 0 else None
+def field(values: Expansion, weights: Expansion) -> Array:
+    """sum_b L_b w_b."""
+    return _total(values[b] * weight for b, weight in weights.items())
 
 
-def gradient_places(order: int) -> np.ndarray:
-    """(3, K) places of n + e_a for the K multi-indices |n| < order: the gradient's components in an expansion."""
-    units = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    where = places(order)
-    return np.array([[where[_sum(n, unit)] for n in multi_indices(order - 1)] for unit in units])
+def gradient(order: int, values: Expansion, axis: int, weights: Expansion) -> Array:
+    """Its derivative along an axis: sum_b L_(b+e) w_b of all b below an order."""
+    return _total(values[_plus(b, UNITS[axis])] * weight for b, weight in weights.items() if sum(b) < order)
+
+
+def _folded(values: Expansion) -> Expansion:
+    # Of harmonic a alone, the same sum over a of M_a D_a.
+    values = dict(values)
+    for a in sorted(values, key=lambda a: -a[2]):
+        if a[2] >= 2:
+            part, below = values.pop(a), _less(_less(a, 2), 2)
+            for unit in UNITS[:2]:
+                into = _plus(_plus(below, unit), unit)
+                values[into] = values[into] - part
+    return values
+
+
+def _apart(values: Expansion) -> Expansion:
+    # Kept by itself, so that XLA does not work it out again for each sum that it is in.
+    return jax.lax.optimization_barrier(values)
+
+
+def _total(terms: Iterable[Array]) -> Array:
+    return reduce(add, terms)
+
+
+def _plus(a: Index, b: Index) -> Index:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _less(a: Index, axis: int) -> Index:
+    return a[0] - (axis == 0), a[1] - (axis == 1), a[2] - (axis == 2)

@@ -19,13 +19,14 @@ from astroinertia.engines import xla_pairs, xla_tiles
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity import expansions_xla as expansions, lists_xla, multipole
 from astroinertia.gravity.clamped_points import CLAMP
+from astroinertia.gravity.expansions import Index, harmonic
 from astroinertia.gravity.lists_xla import Chunks, Lists
 
 Array = Any
 ROUGHLY = 0.01  # error of first accelerations, which only say how large the allowed errors are
 # (order, finest error that it takes the least time for). With these the error of one pair of nodes, as estimated, is
-# about the rms error of all together: 0.4 to 1.5 times on uniform, Evrard's, Plummer's and disc sets (measured).
-ORDERS = ((3, 5e-3), (4, 1e-4), (5, 1e-5), (6, 0.0))
+# about the rms error of all together: 0.2 to 1.8 times on uniform, Evrard's, Plummer's and disc sets (measured).
+ORDERS = ((3, 5e-3), (4, 1e-3), (5, 1e-4), (6, 1e-5), (7, 0.0))
 
 
 def lists_for(engine: Any, arrangement: Any, mass: Array, acceleration: Array | None, force_error: float) -> Lists:
@@ -45,28 +46,27 @@ def lists_for(engine: Any, arrangement: Any, mass: Array, acceleration: Array | 
     )
 
 
-@partial(jax.jit, static_argnames=("precision", "virial"))
-def points(
-    precision: str,
-    virial: bool,
-    lists: Lists,
-    mass: Array,
-    position: Array,
-    smoothing_length: Array,
-) -> dict[str, Array]:
-    """{"acceleration": (N, 3), "potential": (N,)[, "virial": (3, 3)]} of clamped points (N,), (N, 3), (N,).
+@partial(jax.jit, static_argnames="precision")
+def points(precision: str, lists: Lists, mass: Array, position: Array, smoothing_length: Array) -> dict[str, Array]:
+    """{"acceleration": (N, 3), "potential": (N,)} of clamped points (N,), (N, 3), (N,).
 
     Self pairs are included. Lists may be out of date: that costs accuracy as long as smoothing lengths have not grown
     by a third. precision "mixed" works in float32 on coordinates relative to leaves and nodes, and adds up in float64.
     """
     bodies = _bodies(precision, lists, mass, position, smoothing_length)
-    near, near_virial = _near(bodies, virial)
-    far, far_virial = _far(bodies, virial)
-    whole = (near + far)[lists.row, lists.column]
-    sums = {"acceleration": whole[:, :3], "potential": whole[:, 3]}
-    if virial:
-        sums["virial"] = near_virial[jnp.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])] + far_virial
-    return sums
+    sums = _near(bodies)
+    if lists.local.target.shape[0]:
+        sums = sums + _far(bodies)
+    sums = sums[lists.row, lists.column]
+    return {"acceleration": sums[:, :3], "potential": sums[:, 3]}
+
+
+@partial(jax.jit, static_argnames="precision")
+def virial(precision: str, lists: Lists, mass: Array, position: Array, smoothing_length: Array) -> Array:
+    """The virial tensor (3, 3) of the same, by a route of its own: pairs, and expansions about their own nodes."""
+    bodies = _bodies(precision, lists, mass, position, smoothing_length)
+    tensor = _near_virial(bodies)[jnp.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])]
+    return tensor + _far_virial(bodies) if lists.local.target.shape[0] else tensor
 
 
 @pytree
@@ -156,76 +156,104 @@ def _sum_over_chunks(arrays: Any, chunks: Chunks, add: Callable[[Any, Any, Array
     return xla_tiles.in_groups(one, (arrays, chunks), zero, total, chunks.used)
 
 
-def _near(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
-    # Sums (L, S, 4) over pairs of leaves, and the virial tensor's six components.
-    targets = bodies.relative, bodies.mass, bodies.clamp
-    arrays = bodies, tuple(bodies.with_empty(array) for array in targets)
-
-    def add(arrays: Any, carry: tuple[Array, Array], target: Array, source: Array) -> tuple[Array, Array]:
-        bodies, (sources, source_mass, source_clamp) = arrays
-        relative, mass, clamp = bodies.relative, bodies.mass, bodies.clamp
-        sums, tensor = carry
-        offset = (bodies.leaf_centre[source] - bodies.leaf_centre[target]).astype(bodies.dtype)
-        x, y, weight = relative[target], sources[source] + offset[:, None], source_mass[source]
-        squared = xla_pairs.product_of_differences(x, y, x, y)
-        inverse = jax.lax.rsqrt(jnp.maximum(squared, clamp[target][:, :, None] + source_clamp[source][:, None, :]))
-        slope = inverse * inverse * inverse
-        attraction = -xla_tiles.moments(slope, x, y, weight)
+def _near(bodies: _Bodies) -> Array:
+    # Sums (L, S, 4) over pairs of leaves.
+    def add(arrays: Any, sums: Array, target: Array, source: Array) -> Array:
+        x, y, weight, inverse = _pairs(arrays, target, source)
+        attraction = -xla_tiles.moments(inverse * inverse * inverse, x, y, weight)
         part = jnp.concatenate([attraction, -xla_tiles.weighted(inverse, weight)[:, :, None]], axis=2)
-        sums = sums.at[target].add(part.astype(sums.dtype), indices_are_sorted=True, mode="promise_in_bounds")
-        if virial:
-            separation = [x[:, :, None, a] - y[:, None, :, a] for a in range(3)]
-            masses = mass[target].astype(tensor.dtype), weight.astype(tensor.dtype)
-            tensor = tensor + xla_tiles.virial_of(slope, separation, masses)
-        return sums, tensor
+        return sums.at[target].add(part.astype(sums.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
-    return _sum_over_chunks(arrays, bodies.lists.near, add, (jnp.zeros((*bodies.mass.shape, 4)), jnp.zeros(6)))
+    return _sum_over_chunks(_both_sides(bodies), bodies.lists.near, add, jnp.zeros((*bodies.mass.shape, 4)))
 
 
-def _far(bodies: _Bodies, virial: bool) -> tuple[Array, Array]:
-    # Sums (L, S, 4) by expansions, and the virial tensor (3, 3).
-    lists, order = bodies.lists, bodies.order
-    if not lists.local.target.shape[0]:
-        return jnp.zeros((*bodies.mass.shape, 4)), jnp.zeros((3, 3))
-    indices = expansions.multi_indices(order)
-    scale = bodies.scale
-    x = [bodies.relative[:, :, a] / scale[lists.leaf_node][:, None].astype(bodies.dtype) for a in range(3)]
-    powers = expansions.monomials(order, x)
-    leaf_moments = jnp.stack([(bodies.mass * power).sum(axis=1) for power in powers], axis=1)
-    moments = _upward(bodies, leaf_moments)
-    local = _interactions(bodies, moments)
-    leaf_local = _downward(bodies, local)
-    gradient = expansions.gradient_places(order)
-    lower = len(gradient[0])
-    size = scale[lists.leaf_node].astype(bodies.dtype)
-    parts = [
-        -sum(leaf_local[:, gradient[a, k], None] * powers[k] for k in range(lower)) / size[:, None] for a in range(3)
-    ]
-    parts.append(sum(leaf_local[:, k, None] * powers[k] for k in range(len(indices))))
-    sums = jnp.stack(parts, axis=2).astype(bodies.centre.dtype)
-    return sums, _node_virial(bodies, moments, local) if virial else jnp.zeros((3, 3))
+def _near_virial(bodies: _Bodies) -> Array:
+    # The virial tensor's six components of the same pairs.
+    def add(arrays: Any, tensor: Array, target: Array, source: Array) -> Array:
+        x, y, weight, inverse = _pairs(arrays, target, source)
+        separation = [x[:, :, None, a] - y[:, None, :, a] for a in range(3)]
+        masses = arrays[0].mass[target].astype(tensor.dtype), weight.astype(tensor.dtype)
+        return tensor + xla_tiles.virial_of(inverse * inverse * inverse, separation, masses)
+
+    return _sum_over_chunks(_both_sides(bodies), bodies.lists.near, add, jnp.zeros(6))
+
+
+def _both_sides(bodies: _Bodies) -> tuple[_Bodies, tuple[Array, Array, Array]]:
+    # Targets, and the leaves as sources, with the empty one.
+    relative, mass, clamp = (bodies.with_empty(array) for array in (bodies.relative, bodies.mass, bodies.clamp))
+    return bodies, (relative, mass, clamp)
+
+
+def _pairs(arrays: Any, target: Array, source: Array) -> tuple[Array, Array, Array, Array]:
+    # Of leaves (C,) each: coordinates (C, S, 3) of targets and sources, sources' masses, inverse clamped distances.
+    bodies, (sources, source_mass, source_clamp) = arrays
+    offset = (bodies.leaf_centre[source] - bodies.leaf_centre[target]).astype(bodies.dtype)
+    x, y = bodies.relative[target], sources[source] + offset[:, None]
+    squared = xla_pairs.product_of_differences(x, y, x, y)
+    clamp = bodies.clamp[target][:, :, None] + source_clamp[source][:, None, :]
+    return x, y, source_mass[source], jax.lax.rsqrt(jnp.maximum(squared, clamp))
+
+
+def _far(bodies: _Bodies) -> Array:
+    # Sums (L, S, 4) by expansions.
+    order, size, h = bodies.order, *_about_leaves(bodies)
+    moments = _upward(bodies, _leaf_moments(bodies.mass[None], h))
+    leaf_local = _downward(bodies, _interactions(bodies, moments[:, 0]))
+    values = expansions.with_two_z(_expansion(harmonic(order), leaf_local[:, None]))
+    parts = [expansions.gradient(order, values, axis, h) / size for axis in range(3)]
+    parts.append(-expansions.field(values, h))
+    return jnp.stack(parts, axis=2).astype(bodies.centre.dtype)
+
+
+def _far_virial(bodies: _Bodies) -> Array:
+    # sum m x (x) a of each node's own list (3, 3), from its expansion and its moments of m x alone.
+    order, (_, h) = bodies.order, _about_leaves(bodies)
+    weights = jnp.concatenate([bodies.mass[None], bodies.mass * _levers(bodies)])
+    moments = _upward(bodies, _leaf_moments(weights, h))
+    local = _interactions(bodies, moments[:, 0]) / bodies.scale[:, None]
+    values = expansions.with_two_z(_expansion(harmonic(order), local[:, None]))
+    levers = {a: (-1) ** sum(a) * each for a, each in _expansion(harmonic(order), moments[:, 1:]).items()}
+    return jnp.stack([expansions.gradient(order, values, axis, levers).sum(axis=0) for axis in range(3)], axis=1)
+
+
+def _about_leaves(bodies: _Bodies) -> tuple[Array, dict[Index, Array]]:
+    # The leaves' scales (L, 1), and harmonics (L, S) of their particles in units of those.
+    size = bodies.scale[bodies.lists.leaf_node].astype(bodies.dtype)[:, None]
+    return size, expansions.harmonics(bodies.order, [bodies.relative[:, :, a] / size for a in range(3)])
+
+
+def _leaf_moments(weights: Array, h: dict[Index, Array]) -> Array:
+    # Moments (L, W, K) of weights (W, L, S), of the centre less the particle.
+    return jnp.stack([(-1) ** sum(a) * (weights * value).sum(axis=2).T for a, value in h.items()], axis=2)
+
+
+def _levers(bodies: _Bodies) -> Array:
+    # Coordinates (3, L, S) about a point amid all of them.
+    centre = bodies.leaf_centre[:-1]
+    offset = (centre - jax.lax.stop_gradient(centre.mean(axis=0))).astype(bodies.dtype)
+    return jnp.moveaxis(bodies.relative + offset[:, None], 2, 0)
+
+
+def _expansion(keys: tuple[Index, ...], array: Array) -> dict[Index, Array]:
+    # (..., K) as an array for each key, in one piece of memory: twice as fast as reading across the rows (measured).
+    return dict(zip(keys, jax.lax.optimization_barrier(jnp.moveaxis(array, -1, 0)), strict=True))
 
 
 def _upward(bodies: _Bodies, leaf_moments: Array) -> Array:
-    # Moments (nodes + 1, K) of all nodes that take part, from those of leaves.
+    # Moments (nodes + 1, W, K) of all nodes that take part, from those of leaves (L, W, K), for W weights.
     lists, order, nodes = bodies.lists, bodies.order, bodies.lists.first.shape[0]
+    keys = harmonic(order)
 
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, leaf_moments = both
         by, ratio, size = _shift(bodies, leaf, node)
-        moments = leaf_moments[leaf]
-        moments = [jnp.broadcast_to(moments[:, None, k], node.shape) for k in range(moments.shape[1])]
-        moments = expansions.scaled(order, moments, ratio)
-        moved = expansions.moments_shifted(order, moments, [d / size for d in by])
-        return carry.at[node].add(jnp.stack(moved, axis=2).astype(carry.dtype), mode="promise_in_bounds")
+        moments = expansions.scaled(_expansion(keys, leaf_moments[leaf][:, None]), ratio[:, :, None])
+        moved = expansions.moments_shifted(order, moments, [(-d / size)[:, :, None] for d in by])
+        part = jnp.stack([moved[a] for a in keys], axis=3)
+        return carry.at[node].add(part.astype(carry.dtype), mode="promise_in_bounds")
 
-    zero = jnp.zeros((nodes + 1, leaf_moments.shape[1]))
+    zero = jnp.zeros((nodes + 1, *leaf_moments.shape[1:]))
     return _sum_over_chunks((bodies, leaf_moments), lists.shifts, add, zero).at[nodes].set(0.0)
-
-
-def _components(gathered: Array) -> list[Array]:
-    # (C, K, n) as n arrays (C, K), each in one piece of memory: twice as fast as reading across the rows (measured).
-    return list(jax.lax.optimization_barrier(jnp.moveaxis(gathered, 2, 0)))
 
 
 def _shift(bodies: _Bodies, leaf: Array, node: Array) -> tuple[list[Array], Array, Array]:
@@ -241,54 +269,40 @@ def _shift(bodies: _Bodies, leaf: Array, node: Array) -> tuple[list[Array], Arra
 def _interactions(bodies: _Bodies, moments: Array) -> Array:
     # Expansions (nodes + 1, K) about every node, of the nodes in its list.
     order = bodies.order
-    moments = moments.astype(bodies.dtype)
+    # About its centre of mass a source has no dipole.
+    keys = harmonic(order)
+    sources = tuple(a for a in keys if sum(a) != 1)
+    moments = moments[:, np.array([sum(a) != 1 for a in keys])].astype(bodies.dtype)
 
     def add(both: Any, carry: Array, target: Array, source: Array) -> Array:
         bodies, moments = both
         separation = bodies.centre[target][:, None] - bodies.centre[source]
         distance = jnp.sqrt((separation * separation).sum(axis=2))
         # In units of the distance all numbers are about 1 or less, which float32 holds.
-        components = _components(moments[source])
-        components = expansions.scaled(order, components, (bodies.scale[source] / distance).astype(bodies.dtype))
-        made = expansions.local(order, bodies.components(separation / distance[:, :, None]), components)
-        made = expansions.scaled(order, made, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
+        ratio = (bodies.scale[source] / distance).astype(bodies.dtype)
+        given = expansions.scaled(_expansion(sources, moments[source]), ratio)
+        made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
+        made = expansions.scaled(made, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
         inverse = (1.0 / distance).astype(bodies.dtype)
-        part = (jnp.stack(made, axis=2) * inverse[:, :, None]).sum(axis=1)
+        part = jnp.stack([(made[b] * inverse).sum(axis=1) for b in keys], axis=1)
         return carry.at[target].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
-    zero = jnp.zeros((moments.shape[0], moments.shape[1]))
+    zero = jnp.zeros((moments.shape[0], len(keys)))
     return _sum_over_chunks((bodies, moments), bodies.lists.local, add, zero)
 
 
 def _downward(bodies: _Bodies, local: Array) -> Array:
     # Expansions (L, K) about the leaves, of all nodes above them.
     order = bodies.order
-    local = local.astype(bodies.dtype)
+    keys, local = harmonic(order), local.astype(bodies.dtype)
 
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, local = both
         by, ratio, size = _shift(bodies, leaf, node)
-        components = _components(local[node])
-        moved = expansions.scaled(order, expansions.local_shifted(order, components, [d / size for d in by]), ratio)
-        part = jnp.stack(moved, axis=2).sum(axis=1)
+        moved = expansions.local_shifted(order, _expansion(keys, local[node]), [d / size for d in by])
+        moved = expansions.scaled(moved, ratio)
+        part = jnp.stack([moved[b].sum(axis=1) for b in keys], axis=1)
         return carry.at[leaf].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((bodies.mass.shape[0], local.shape[1]))
     return _sum_over_chunks((bodies, local), bodies.lists.shifts, add, zero).astype(bodies.dtype)
-
-
-def _node_virial(bodies: _Bodies, moments: Array, local: Array) -> Array:
-    # sum m x (x) a of each node's own list from its moments and its expansion alone: a route of its own.
-    order, scale = bodies.order, bodies.scale
-    where, lower = expansions.places(order), expansions.multi_indices(order - 1)
-    dipole = np.array([0.0 if sum(n) == 1 else 1.0 for n in expansions.multi_indices(order)])
-    moments = moments * dipole
-    gradient = expansions.gradient_places(order)
-    force = [-sum(local[:, gradient[b, k]] * moments[:, k] for k in range(len(lower))) / scale for b in range(3)]
-    tensor = []
-    for a in range(3):
-        raised = [tuple(n[c] + (c == a) for c in range(3)) for n in lower]
-        lever = [(n[a] + 1) * moments[:, where[up]] for n, up in zip(lower, raised, strict=True)]  # type: ignore[index]
-        inner = [-sum(local[:, gradient[b, k]] * lever[k] for k in range(len(lower))) for b in range(3)]
-        tensor.append(jnp.stack([(bodies.centre[:, a] * force[b] + inner[b]).sum() for b in range(3)]))
-    return jnp.stack(tensor)

@@ -62,9 +62,10 @@ def obliquity_history(
     alpha = _alpha(name) if precession_constant is None else precession_constant
     times = np.linspace(0.0, years * JULIAN_YEAR, samples)
     history = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
+    x, y, z = history.normal.T
     angles = {
         "obliquity": (history.obliquity, "rad", "obliquity to the planet's own orbit"),
-        "inclination": (np.arccos(history.normal[:, 2]), "rad", "of the orbit, to that of J2000"),
+        "inclination": (np.arctan2(np.hypot(x, y), z), "rad", "of the orbit, to that of J2000"),
     }
     return xr.Dataset(
         variables("time", angles),

@@ -10,7 +10,6 @@ whole process, its compiler included, and means little below a million particles
 """
 
 import argparse
-import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -21,7 +20,7 @@ import numpy as np
 from astroinertia.costs.machine import peak_memory
 from astroinertia.effects.catalogue import build
 from astroinertia.engines.xla import Engine
-from astroinertia.gravity.expansions_xla import multi_indices
+from astroinertia.gravity.expansions import harmonic
 from astroinertia.matter.gases import Ideal
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.first_state import initial_state
@@ -74,8 +73,9 @@ def flops_of_gravity(lists: Any) -> float:
     order = lists.order
     pairs = float((np.asarray(lists.near.source) < leaves).sum()) * leaf * leaf
     expansions = float((np.asarray(lists.local.source) < nodes).sum())
-    # A multiplication and an addition for every pair of components, and three operations for every derivative.
-    one = 2.0 * math.comb(order + 6, 6) + 3.0 * sum(len(multi_indices(n)) for n in range(order + 1))
+    # A multiplication and an addition for every moment that a coefficient takes, and three operations a derivative.
+    sums = [sum(one) + sum(other) for one in harmonic(order) for other in harmonic(order) if sum(other) != 1]
+    one = 2.0 * sum(total <= order for total in sums) + 3.0 * sum(len(harmonic(n)) for n in range(order + 1))
     return FLOPS_OF_NEAR_PAIR * pairs + one * expansions
 
 

@@ -90,10 +90,7 @@ def passes(particles: int) -> tuple[dict[str, Any], dict[str, Any]]:
             lambda a, x, m, h: vars(engine.density(a, kernel, x, m, h, eta, 1e-8, True)),
             (arrangement, position, mass, length * (1.0 + 0.005 * np.random.default_rng(4).normal(size=particles))),
         ),
-        "gravity": (
-            lambda a, m, x, h: multipole_xla.points("float64", False, a, m, x, h),
-            (lists, mass, position, length),
-        ),
+        "gravity": (lambda a, m, x, h: multipole_xla.points("float64", a, m, x, h), (lists, mass, position, length)),
     }
     for name in ("gradients", "forces"):
         kind = {"gradients": "gradient_terms", "forces": "neighbour_terms"}[name]

@@ -48,7 +48,8 @@ def answers(derivatives, few):
     lists = multipole_xla.lists_for(engine, arrangement, mass, None, 1e-3)
 
     def points(position):
-        return multipole_xla.points("float64", True, lists, mass, position, found.smoothing_length)
+        given = "float64", lists, mass, position, found.smoothing_length
+        return multipole_xla.points(*given) | {"virial": multipole_xla.virial(*given)}
 
     def heating(position):
         moved = {**fields, "position": position}

@@ -151,9 +151,8 @@ class Gravity(Effect):
         if engine.name == "xla":
             from astroinertia.gravity import multipole_xla
 
-            return multipole_xla.points(
-                engine.precision, virial, own, fluid.mass, fluid.position, fluid.smoothing_length
-            )
+            given = engine.precision, own, fluid.mass, fluid.position, fluid.smoothing_length
+            return {"virial": multipole_xla.virial(*given)} if virial else multipole_xla.points(*given)
         from astroinertia.gravity import multipole
 
         acceleration = before.get("acceleration")

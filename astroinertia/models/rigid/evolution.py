@@ -273,7 +273,7 @@ class RigidBody:
         before = rigid.rotational_energy(body, time, m)
         m = m + in_body(state.quaternion, blow)
         work = rigid.rotational_energy(body, time, m) - before
-        sums, sized = state.sums.value, len(state.sums.value) - len(body.effects)
+        sums, sized = jnp.asarray(state.sums.value), len(state.sums.value) - len(body.effects)
         sums = sums.at[sized + number].add(work)
         if sized:
             sums = sums.at[0].add(work * rigid.size(body, time))
