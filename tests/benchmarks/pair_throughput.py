@@ -12,14 +12,13 @@ import importlib
 import os
 import time
 from collections.abc import Callable
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from astroinertia.effects.catalogue import CATALOGUE, build
-from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.terms import Density, PairTerm, argument_names
 from astroinertia.engines.threads import available_threads
 
 KERNEL, ETA = "wendland_c2", 1.2
@@ -78,7 +77,7 @@ def named_fields(terms: tuple[PairTerm, ...], known: dict[str, np.ndarray]) -> d
     random = np.random.default_rng(2)
     fields = dict(known)
     for term in terms:
-        for name in list(signature(term.pair).parameters)[1:]:
+        for name in argument_names(term.pair):
             stem, _, side = name.rpartition("_")
             if side in ("i", "j") and stem not in ("h", "W", "dW", "phi", "dphi") and stem not in fields:
                 fields[stem] = random.uniform(0.5, 1.5, len(known["mass"]))
