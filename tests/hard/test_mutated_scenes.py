@@ -26,8 +26,11 @@ def planned(seed, count, folder, capsys):
     for text in mutated(seed, count):
         scene.write_text(text, encoding="utf-8", errors="surrogatepass")
         code, seconds = seconds_of_plan(scene)
-        longest = max(longest, seconds)
         complaint = capsys.readouterr().err
+        if seconds > LONGEST * dearest:  # what it imported, or a slow moment of the machine, does not come again
+            seconds = min(seconds, seconds_of_plan(scene)[1])
+            capsys.readouterr()
+        longest = max(longest, seconds)
         assert code in codes, (text, complaint)
         codes[code] += 1
         if code:
