@@ -5,9 +5,10 @@ The polynomials h_a(x) are x^a/a! with every z^2 replaced by -(x^2 + y^2), which
     1/|R + t - s| = sum_a sum_b h_a(-s) h_b(t) D_(a+b)(R),    h_c(s + t) D_c = sum_(a+b) h_a(s) h_b(t) D_(a+b),
 
 so that moments, shifts, interactions and fields are sums over harmonic a and b, with D_(a+b) of at most two z. Here
-|a| + |b| <= p: cut off alike for sources and targets, the potential energy is that whose gradient the forces are. An
-expansion is a dictionary {a: array}, so that everything here is arithmetic between arrays of one shape. Moments
-M_a/c^|a| and coefficients L_a c^|a| are in units of a node's scale c, which keeps float32 from overflow.
+|a| + |b| <= p: cut off alike for sources and targets, the forces of two nodes on each other are opposite to rounding
+(Dehnen 2002, J. Comput. Phys. 179, 27), and the gradient of the potential energy. An expansion is a dictionary
+{a: array}, so that everything here is arithmetic between arrays of one shape. Moments M_a/c^|a| and coefficients
+L_a c^|a| are in units of a node's scale c, which keeps float32 from overflow.
 """
 
 import math

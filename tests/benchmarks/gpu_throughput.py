@@ -74,9 +74,9 @@ def flops_of_gravity(lists: Any) -> float:
     pairs = float((np.asarray(lists.near.source) < leaves).sum()) * leaf * leaf
     expansions = float((np.asarray(lists.local.source) < nodes).sum())
     # A multiplication and an addition for every moment that a coefficient takes, and three operations a derivative.
-    sums = [sum(one) + sum(other) for one in harmonic(order) for other in harmonic(order) if sum(other) != 1]
-    one = 2.0 * sum(total <= order for total in sums) + 3.0 * sum(len(harmonic(n)) for n in range(order + 1))
-    return FLOPS_OF_NEAR_PAIR * pairs + one * expansions
+    degrees = [sum(a) + sum(b) for a in harmonic(order) for b in harmonic(order) if sum(a) != 1]
+    each = 2.0 * sum(degree <= order for degree in degrees) + 3.0 * sum(len(harmonic(n)) for n in range(order + 1))
+    return FLOPS_OF_NEAR_PAIR * pairs + each * expansions
 
 
 def measure(

@@ -222,6 +222,25 @@ def test_a_body_that_is_built_in_jumps_is_refused_and_one_of_round_off_is_not(di
         astroinertia.gradient(TOP, of="angular_velocity.z", by=["body.rotation.period"])
 
 
+def test_blows_add_to_an_angular_momentum_and_not_to_its_derivative():
+    """L = L_0 + blows, and L_0 goes as 1/period."""
+    blows = {
+        "angular_momentum": ["0.01 N m s", "0 N m s", "0.03 N m s"],
+        "time": "0.05 s",
+        "every": "0.06 s",
+        "number": 2,
+    }
+    answers = [
+        astroinertia.gradient(
+            {**TOP, "effects": {"impulses": blows}}, of=f"angular_momentum.z@{when}", by=["body.rotation.period"]
+        )
+        for when in ("0 s", "end")
+    ]
+    first, last = (float(answer.value) for answer in answers)
+    assert last - first == pytest.approx(2 * 0.03, rel=1e-10)
+    assert [float(answer.gradient[0]) for answer in answers] == pytest.approx([-first / 0.1] * 2, rel=1e-8)
+
+
 def test_a_key_that_moves_the_time_of_a_torque_is_refused():
     tables = {**TOP, "effects": {"constant_torque": {"vector": ["1 N m", "0 N m", "0 N m"], "begin": "0.05 s"}}}
     with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which torques begin"):
