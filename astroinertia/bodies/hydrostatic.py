@@ -9,7 +9,7 @@ and by radius, with t = r/R and V = m/t^3,
     V t^3 = 4 pi R^3 integral of rho t^2 dt,    dP/dt = -(G/R) rho V t.
 
 The layers' boundaries lie at known t, where P is continuous and rho jumps; the one unknown is the pressure at the
-centre, found by Newton's method so that the surface has its own. Each step is a Gauss-Legendre collocation of P, solved
+centre, found by the secant method so that the surface has its own. Each step is a Gauss-Legendre collocation of P, solved
 by Picard's iteration; the integral of t^2 times a polynomial is exact, so that the centre is no singular point.
 
 Sources: Seager et al. 2007, ApJ 669, 1279, sec. 2; Hairer, Norsett & Wanner 1993, Solving ODEs I, sec. II.7.
@@ -18,8 +18,9 @@ tests/benchmarks/work_precision_layered.py.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -40,12 +41,12 @@ Array = Any
 DEFAULT_STEPS = 6  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
 _NODES = 8  # collocation nodes a step
 _CROWDING = 3  # steps of the last layer crowd to the surface, beyond which rho(P) is singular: in tension, or at once
-_PICARD = 20  # iterations a step: each gains a factor of the step's share of P/K over its number
-_NEWTON_STEPS = 50
+_PICARD = 21  # iterations a step, the first with no slope: each gains a factor of the step's share of P/K over its number
+_SECANT_STEPS = 50
 _RESOLUTION = 1e-4  # resolution error beyond which a result is refused
 NARROW = 1e-6  # of the radius: a piece in which a straight line is as good as a cubic, to 1e-12 of the density
 _TOLERANCE = 1e-13  # of the logarithm of the central pressure
-_LARGEST_CHANGE = 1.0  # of that logarithm in a step of Newton's method
+_LARGEST_CHANGE = 1.0  # of that logarithm in a step of the secant method
 
 
 @pytree
@@ -194,7 +195,7 @@ def _solve(
     layers: Array, materials: tuple, surface_pressure: Array, gravitational_constant: Array, steps: int, by: str
 ) -> HydrostaticPlanet:
     layers = jnp.asarray(layers, dtype=float)
-    g = gravitational_constant
+    g = jnp.asarray(gravitational_constant, dtype=float)
     densities = jnp.stack([jnp.asarray(matter.reference_density, dtype=float) for matter in materials])
     if by == "mass":  # scale: M or R, what t is a share of
         scale = jnp.sum(layers)
@@ -209,36 +210,15 @@ def _solve(
 
     ramp = 1 - np.arange(steps + 1) / steps
     ramps = np.stack([ramp ** (_CROWDING if k == len(materials) - 1 else 1) for k in range(len(materials))])
-    alike = _stacked(materials)
-
-    def through(state: Array, layer: tuple[Material, Array, Array, Array]) -> tuple[Array, Array]:
-        material, start, end, left = layer
-        return _through_layer(equation, material, end - (end - start) * left, state)
-
-    def integrate(log_pressure: Array) -> tuple[Array, Array]:
-        state = jnp.zeros(6).at[1].set(jnp.exp(log_pressure))
-        if alike is not None:  # one program for all layers
-            return jax.lax.scan(through, state, (alike, edges[:-1], edges[1:], ramps))
-        rows = []
-        for layer in zip(materials, edges[:-1], edges[1:], ramps, strict=True):
-            state, inner = through(state, layer)
-            rows.append(inner)
-        return state, jnp.stack(rows)
-
-    def excess(log_pressure: Array) -> Array:
-        return (integrate(log_pressure)[0][1] - surface_pressure) * jnp.exp(-log_pressure)
-
+    matter = _one_of_kinds(materials)
+    parts = _Parts(equation, matter, edges[1:, None] - jnp.diff(edges)[:, None] * ramps)
+    surface_pressure = jnp.asarray(surface_pressure, dtype=float)
     # the uncompressed planet's, which compression raises: 3 G M^2/(8 pi R^4)
     guess = jnp.log(1.5 * 3 * g * mass**2 / (2 * _FOUR_PI * radius**4) + surface_pressure)
-    log_pressure = jax.lax.custom_root(excess, jax.lax.stop_gradient(guess), _newton, lambda f, y: y / f(1.0))
-    end, rows = integrate(log_pressure)
+    log_pressure, end, rows = _equilibrium(parts, surface_pressure, jax.lax.stop_gradient(guess))
     t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
     r, m = (_cube_root(content), scale * t**3) if by == "mass" else (scale * t, content)
-    if alike is not None:
-        density, compressibility = jax.vmap(_density_and_slope)(alike, pressure)
-    else:
-        pairs = [_density_and_slope(material, own) for material, own in zip(materials, pressure, strict=True)]
-        density, compressibility = (jnp.stack(parts) for parts in zip(*pairs, strict=True))
+    density, compressibility = jax.lax.map(lambda layer: _density_and_slope(*layer), (matter, pressure))
     positive = r > 0
     gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
     return HydrostaticPlanet(
@@ -254,16 +234,36 @@ def _solve(
         density_slope=-compressibility * density * gravity,
         residual=jnp.maximum(jnp.abs(end[1] - surface_pressure), end[5]) * jnp.exp(-log_pressure),
         resolution_error=end[4] / end[0],
-        gravitational_constant=jnp.asarray(g, dtype=float),
+        gravitational_constant=g,
     )
 
 
-def _stacked(materials: tuple) -> Any:
-    """Materials of one kind as one, with a first axis of layers; None where they are of several kinds."""
-    kinds = {(jax.tree.structure(one), tuple(jnp.shape(leaf) for leaf in jax.tree.leaves(one))) for one in materials}
-    if len(kinds) > 1:
-        return None
-    return jax.tree.map(lambda *parts: jnp.stack([jnp.asarray(part, dtype=float) for part in parts]), *materials)
+@pytree
+@dataclass(frozen=True)
+class _OneOf:
+    """The matter of a layer: which of several kinds it is, and a material of each kind."""
+
+    which: Array
+    kinds: tuple
+
+    def density(self, pressure: Array) -> Array:
+        """Density at a pressure, any shape."""
+        return jax.lax.switch(self.which, [kind.density for kind in self.kinds], pressure)
+
+
+def _one_of_kinds(materials: tuple) -> _OneOf:
+    """Materials as one, with a first axis of layers: one program for all layers, with each kind of matter in it once."""
+    materials = jax.tree.map(lambda part: jnp.asarray(part, dtype=float), materials)
+    kinds: dict[Any, list[int]] = {}
+    for layer, one in enumerate(materials):
+        leaves, structure = jax.tree.flatten(one)
+        kinds.setdefault((structure, tuple(map(jnp.shape, leaves))), []).append(layer)
+    which, stacks = np.empty(len(materials), dtype=int), []
+    for kind, layers in enumerate(kinds.values()):
+        which[layers] = kind
+        own = [one if layer in layers else materials[layers[0]] for layer, one in enumerate(materials)]
+        stacks.append(jax.tree.map(lambda *parts: jnp.stack(parts), *own))
+    return _OneOf(jnp.asarray(which), tuple(stacks))
 
 
 def _density_and_slope(material: Material, pressure: Array) -> tuple[Array, Array]:
@@ -313,6 +313,66 @@ class _ByRadius(NamedTuple):
         return jnp.stack([2 / 3 * self.radius**2 * shell, -self.g / self.radius * mean_content * shell])
 
 
+class _Parts(NamedTuple):
+    """What is integrated: the equation, the matter of each layer, and t at the edges of its steps (layers, steps + 1)."""
+
+    equation: _ByMass | _ByRadius
+    matter: _OneOf
+    edges: Array
+
+
+def _integrated(parts: _Parts, log_pressure: Array) -> tuple[Array, Array]:
+    """The state at the surface from a pressure at the centre, and the rows of all layers."""
+
+    def through(state: Array, layer: tuple[_OneOf, Array]) -> tuple[Array, Array]:
+        return _through_layer(parts.equation, *layer, state)
+
+    return jax.lax.scan(through, jnp.zeros(6).at[1].set(jnp.exp(log_pressure)), (parts.matter, parts.edges))
+
+
+@jax.custom_jvp
+def _equilibrium(parts: _Parts, surface_pressure: Array, guess: Array) -> tuple[Array, Array, Array]:
+    """The logarithm of the pressure at the centre with which that at the surface is met, and what follows from it.
+
+    By the secant method with bounded steps, for the one at the surface rises with the one at the centre.
+    """
+
+    def unfinished(state: tuple) -> Array:
+        count, change = state[:2]
+        return (count < _SECANT_STEPS) & (jnp.abs(change) > _TOLERANCE)
+
+    def improve(state: tuple) -> tuple:
+        count, _, x, before, excess_before, slope, _ = state
+        end, rows = _integrated(parts, x)
+        excess = (end[1] - surface_pressure) * jnp.exp(-x)
+        secant = (excess - excess_before) / (x - before)
+        slope = jnp.where(jnp.isfinite(secant), secant, slope)
+        change = jnp.clip(jnp.where(slope > 0, -excess / slope, 1.0), -_LARGEST_CHANGE, _LARGEST_CHANGE)
+        # Too little at the centre, and no density is left below the surface: halfway back, or on.
+        back = jnp.where(jnp.isfinite(excess_before), 0.5 * (before - x), 1.0)
+        known = jnp.isfinite(excess)
+        change = jnp.where(known, change, back)
+        before, excess_before = jnp.where(known, x, before), jnp.where(known, excess, excess_before)
+        return count + 1, change, x + change, before, excess_before, slope, (x, end, rows)
+
+    shapes = jax.eval_shape(_integrated, parts, guess)
+    empty = (guess, *jax.tree.map(lambda one: jnp.zeros(one.shape, one.dtype), shapes))
+    # Where nothing is compressed the slope is 1.
+    start = (0, jnp.inf, guess, guess, jnp.nan, jnp.ones_like(guess), empty)
+    return jax.lax.while_loop(unfinished, improve, start)[-1]
+
+
+@_equilibrium.defjvp
+def _equilibrium_jvp(at: tuple, along: tuple) -> tuple[tuple, tuple]:
+    """By the implicit function theorem; the guess has no part in it."""
+    parts, of_surface = at[0], along[1]
+    found = _equilibrium(*at)
+    by_parts = jax.jvp(lambda own: _integrated(own, found[0]), (parts,), along[:1])[1]
+    by_centre = jax.jvp(partial(_integrated, parts), found[:1], (jnp.ones_like(found[0]),))[1]
+    moved = (of_surface - by_parts[0][1]) / by_centre[0][1]
+    return found, (moved, *jax.tree.map(lambda own, other: own + moved * other, by_parts, by_centre))
+
+
 def _through_layer(
     equation: _ByMass | _ByRadius, material: Material, edges: Array, state: Array
 ) -> tuple[Array, Array]:
@@ -323,6 +383,9 @@ def _through_layer(
     """
     c, weights, tau, inner_weights, to_node, to_end = collocation(_NODES, 2)
     last_coefficient = np.linalg.inv(np.polynomial.legendre.legvander(2 * c - 1, _NODES - 1))[-1]
+    # Integrals from the step's beginning to each node, and to its end, times powers 0, 1 and 2 of where it is there.
+    to_nodes = [np.einsum("i,iq,q,iqj->ij", c, (c[:, None] * tau) ** k, inner_weights, to_node) for k in range(3)]
+    to_ends = [(tau**k * inner_weights) @ to_end for k in range(3)]
 
     def step(carried: Array, limits: tuple[Array, Array]) -> tuple[Array, Array]:
         before, width = limits[0], limits[1] - limits[0]
@@ -330,35 +393,31 @@ def _through_layer(
         t = before + width * c
         some = t > 0  # not so only in a layer of no width at the centre
         safe = jnp.where(some, t, 1.0)
-        inner = before + (width * c)[:, None] * tau
-        growth = jnp.einsum("i,iq,q,iqj->ij", width * c, inner**2, inner_weights, to_node)
-        fall = jnp.einsum("i,iq,q,iqj->ij", width * c, inner, inner_weights, to_node)
+        fall, whole_fall = (width * (before * zero + width * one) for zero, one, _ in (to_nodes, to_ends))
+        growth, whole_growth = (
+            width * (before**2 * zero + 2 * before * width * one + width**2 * two)
+            for zero, one, two in (to_nodes, to_ends)
+        )
 
-        def at(nodes: Array) -> tuple[Array, Array, Array]:
+        def improved(carry: _AtNodes, _: None) -> tuple[_AtNodes, Array]:
+            nodes = pressure + fall @ carry.pressure_slope
             density = material.density(nodes)
             filled = content + growth @ equation.content_slope(density)
             mean = jnp.where(some, filled / safe**3, 1.0)
-            return density, mean, equation.pressure_slope(density, mean)
+            new = _AtNodes(nodes, density, mean, equation.pressure_slope(density, mean))
+            return new, jnp.max(jnp.abs(nodes - carry.pressure))
 
-        def better(nodes: Array, _: None) -> tuple[Array, Array]:
-            new = pressure + fall @ at(nodes)[2]
-            return new, jnp.max(jnp.abs(new - nodes))
-
-        nodes, changes = jax.lax.scan(better, jnp.full(_NODES, pressure), length=_PICARD)
-        density, mean, pressure_slope = at(nodes)
-        filling = equation.content_slope(density)
-        whole = before + width * tau
-        grown = width * (whole**2 * inner_weights) @ to_end @ filling
+        nothing = jnp.zeros(_NODES)
+        nodes, changes = jax.lax.scan(improved, _AtNodes(*[nothing] * 4), length=_PICARD)
+        filling = equation.content_slope(nodes.density)
+        grown = whole_growth @ filling
         increment = jnp.concatenate([
-            jnp.stack([
-                grown,
-                width * (whole * inner_weights) @ to_end @ pressure_slope,
-            ]),
-            width * equation.moment_and_energy_slopes(density, mean, t) @ weights,
+            jnp.stack([grown, whole_fall @ nodes.pressure_slope]),
+            width * equation.moment_and_energy_slopes(nodes.density, nodes.mean_content, t) @ weights,
             jnp.atleast_1d(jnp.abs(last_coefficient @ filling / jnp.mean(filling)) * grown),
         ])  # fmt: skip
         unsettled = jnp.maximum(carried[5], changes[-1])
-        rows = jnp.stack([t, mean * t**3, nodes], axis=-1)
+        rows = jnp.stack([t, nodes.mean_content * t**3, nodes.pressure], axis=-1)
         first = jnp.stack([before, content, pressure])
         return jnp.append(carried[:5] + increment, unsettled), jnp.concatenate([first[None], rows])
 
@@ -366,23 +425,16 @@ def _through_layer(
     return last, jnp.concatenate([rows.reshape(-1, 3), jnp.stack([edges[-1], last[0], last[1]])[None]])
 
 
+class _AtNodes(NamedTuple):
+    """Pressure, density, mean content V and pressure slope over t at the nodes of a step."""
+
+    pressure: Array
+    density: Array
+    mean_content: Array
+    pressure_slope: Array
+
+
 def _cube_root(value: Array) -> Array:
     """The cube root, with a derivative of zero at zero."""
     positive = value > 0
     return jnp.where(positive, jnp.cbrt(jnp.where(positive, value, 1.0)), 0.0)
-
-
-def _newton(function: Callable[[Array], Array], guess: Array) -> Array:
-    """The root of an increasing function, by Newton's method with bounded steps."""
-
-    def unfinished(state: tuple[Array, Array, Array]) -> Array:
-        count, _, change = state
-        return (count < _NEWTON_STEPS) & (jnp.abs(change) > _TOLERANCE)
-
-    def improve(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        count, x, _ = state
-        value, slope = jax.jvp(function, (x,), (jnp.ones_like(x),))
-        change = jnp.clip(jnp.where(slope > 0, -value / slope, 1.0), -_LARGEST_CHANGE, _LARGEST_CHANGE)
-        return count + 1, x + change, change
-
-    return jax.lax.while_loop(unfinished, improve, (0, guess, jnp.inf))[1]

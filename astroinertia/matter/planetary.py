@@ -65,8 +65,9 @@ class BirchMurnaghan:
         a, b = 1.5 * (slope - 4), 0.0
         if self.second_derivative is not None:
             b = 1.5 * (self.bulk_modulus * self.second_derivative + (slope - 4) * (slope - 3) + 35 / 9)
-        strain = ((density / self.reference_density) ** (2 / 3) - 1) / 2
-        return 3 * self.bulk_modulus * strain * (1 + 2 * strain) ** 2.5 * (1 + a * strain + b * strain**2)
+        x = jnp.cbrt(density / self.reference_density)  # 1 + 2f is its square
+        strain = (x**2 - 1) / 2
+        return 3 * self.bulk_modulus * strain * x**5 * (1 + a * strain + b * strain**2)
 
     def density(self, pressure: Array) -> Array:
         """Density at a pressure, by Newton's method; NaN beyond the greatest pressure that the equation reaches."""
@@ -84,7 +85,7 @@ class Vinet:
 
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
-        x = (density / self.reference_density) ** (-1 / 3)
+        x = jnp.cbrt(self.reference_density / density)
         return 3 * self.bulk_modulus * (1 - x) / x**2 * jnp.exp(1.5 * (self.derivative - 1) * (1 - x))
 
     def density(self, pressure: Array) -> Array:
@@ -149,40 +150,47 @@ def inverted(material: Any, pressure: Array) -> Array:
     ...     print(f"{inverted(IRON_HCP, IRON_HCP.pressure(12000.0)):.6f}")
     12000.000000
     """
+    pressure = jnp.asarray(pressure, dtype=float)
+    return _compressed(material, jnp.maximum(pressure, 0.0)) * jnp.exp(
+        jnp.minimum(pressure, 0.0) / material.bulk_modulus
+    )
+
+
+@jax.custom_jvp
+def _compressed(material: Any, wanted: Array) -> Array:
+    """The density at pressures that are not negative."""
     reference, modulus = material.reference_density, material.bulk_modulus
-    wanted = jnp.maximum(jnp.asarray(pressure, dtype=float), 0.0)
-
-    def excess(rho: Array) -> Array:
-        return material.pressure(rho) - wanted
-
-    def solve(function: Callable[[Array], Array], guess: Array) -> Array:
-        def unfinished(state: tuple) -> Array:
-            return (state[0] < _NEWTON_STEPS) & ~jnp.all(state[4])
-
-        def improve(state: tuple) -> tuple:
-            count, rho, low, high, _ = state
-            value, slope = _slope(function, rho)
-            high, low = jnp.where(value > 0, rho, high), jnp.where(value > 0, low, rho)
-            step = rho - value / slope
-            inside = (step >= low) & (step <= high)  # not so for a NaN
-            new = jnp.where(inside, step, 0.5 * (low + high))
-            return count + 1, new, low, high, jnp.abs(new - rho) <= _NEWTON_TOLERANCE * rho
-
-        limit = jnp.full_like(guess, _GREATEST_COMPRESSION * reference)
-        start = (0, guess, jnp.full_like(guess, reference), limit, jnp.zeros(guess.shape, dtype=bool))
-        root = jax.lax.while_loop(unfinished, improve, start)[1]
-        value, slope = _slope(function, root)
-        solved = (jnp.abs(value) <= 1e-10 * (wanted + modulus)) & (slope > 0)
-        return jnp.where(solved, root, jnp.nan)
-
     compressed = 1 + material.derivative * wanted / modulus
     guess = jnp.clip(
         reference * compressed ** (1 / material.derivative), reference, 0.9 * _GREATEST_COMPRESSION * reference
     )
-    rho = jax.lax.custom_root(
-        excess, jax.lax.stop_gradient(guess), solve, lambda linear, y: y / linear(jnp.ones_like(y))
+
+    def unfinished(state: tuple) -> Array:
+        return (state[0] < _NEWTON_STEPS) & ~jnp.all(state[4])
+
+    def improve(state: tuple) -> tuple:
+        count, rho, low, high, *_ = state
+        reached, slope = _slope(material.pressure, rho)
+        high, low = jnp.where(reached > wanted, rho, high), jnp.where(reached > wanted, low, rho)
+        step = rho - (reached - wanted) / slope
+        inside = (step >= low) & (step <= high)  # not so for a NaN
+        new = jnp.where(inside, step, 0.5 * (low + high))
+        solved = (jnp.abs(reached - wanted) <= 1e-10 * (wanted + modulus)) & (slope > 0)
+        return count + 1, new, low, high, jnp.abs(new - rho) <= _NEWTON_TOLERANCE * rho, solved
+
+    limit, no = jnp.full_like(guess, _GREATEST_COMPRESSION * reference), jnp.zeros(guess.shape, dtype=bool)
+    _, rho, *_, solved = jax.lax.while_loop(
+        unfinished, improve, (0, guess, jnp.full_like(guess, reference), limit, no, no)
     )
-    return rho * jnp.exp(jnp.minimum(pressure, 0.0) / modulus)
+    return jnp.where(solved, rho, jnp.nan)
+
+
+@_compressed.defjvp
+def _compressed_jvp(at: tuple, along: tuple) -> tuple[Array, Array]:
+    (material, wanted), (of_material, of_wanted) = at, along
+    rho = _compressed(material, wanted)
+    of_pressure = jax.jvp(lambda own: own.pressure(rho), (material,), (of_material,))[1]
+    return rho, (of_wanted - of_pressure) / _slope(material.pressure, rho)[1]
 
 
 @double_precision()
