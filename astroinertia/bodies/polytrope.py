@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.roots import bisected
 from astroinertia.errors import NumericalError
@@ -77,6 +76,8 @@ def central_series(n: float | complex, xi):
 
 
 def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
+    from scipy.integrate import solve_ivp  # only here: plans of other bodies do without it
+
     solution = solve_ivp(slope, (start, end), values, method="DOP853", t_eval=nodes, rtol=_RELATIVE, atol=_ABSOLUTE,
                          max_step=abs(end - start) / 128)  # fmt: skip
     if not solution.success:

@@ -3,14 +3,16 @@
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from astroinertia.build.placing import Particles
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
+
+if TYPE_CHECKING:
+    from astroinertia.build.placing import Particles
 
 FIELDS = ("rotating_frame", "tide", "external_field")  # what would move a point mass as it moves particles
 _COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
@@ -44,7 +46,7 @@ def bodies(scene: Scene, units: CodeUnits, mass: float) -> Any:
     return simulation(mass, in_code_units(scene.companions, units), integrator=orbits.integrator, timestep=timestep)
 
 
-def beside(scene: Scene, units: CodeUnits, problem: Any, body: Particles) -> tuple[dict[str, Any], Particles]:
+def beside(scene: Scene, units: CodeUnits, problem: Any, body: "Particles") -> "tuple[dict[str, Any], Particles]":
     """The companions beside a body of particles as the scene wants them to move, and the body where they have it.
 
     Raises SceneError where the scene contradicts itself. The body's centre of mass is put where it is to the orbits.

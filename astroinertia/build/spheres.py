@@ -5,16 +5,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
 from astroinertia.sph.progenitor import Progenitor, read_progenitor
 from astroinertia.units import CodeUnits
+
+if TYPE_CHECKING:
+    from astroinertia.bodies.rotating_star import RotatingStar
 
 _PRESSURE_NODES = 4096
 _OUTERMOST = 1e-6  # of the mass: what is outside the shell where profiles are floored
@@ -62,7 +64,7 @@ class Sphere:
 class Star:
     """A rotating star in equilibrium, with the polytrope at rest whose glass is mapped to it."""
 
-    star: RotatingStar
+    star: "RotatingStar"
     profile: Profile
     radius_convention = "equatorial radius of the initial star"
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.build.spin import breakup_rate
 from astroinertia.costs import flows, shells, torn
@@ -143,6 +142,8 @@ def _planet(scene: Scene) -> Any:
 
 
 def _done_of(scene: Scene, stirred: bool) -> Done | None:
+    from scipy.integrate import cumulative_trapezoid  # only here: other models do without it
+
     units, numerics = code_units(scene), scene.numerics
     end = float(units.to_code(scene.time.end, "time"))
     try:

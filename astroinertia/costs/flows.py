@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from astroinertia.costs.limits import PARTS, Limits, passed
 from astroinertia.costs.signals import LEAST, agreement, fastest
@@ -114,6 +113,8 @@ def _neighbourhoods(position: np.ndarray, lengths: np.ndarray, count: int) -> tu
         images = lengths * (np.indices((3, 3, 3)).reshape(3, -1).T - 1.0)
         position = np.mod(position, lengths)
     everywhere = (images[:, None] + position).reshape(-1, 3)
+    from scipy.spatial import KDTree  # only here: other scenes do without it
+
     nearest: Any = KDTree(everywhere).query(position, k=min(count, len(everywhere)))
     distance, around = nearest
     apart = everywhere[around[:, 1:]] - position[:, None]

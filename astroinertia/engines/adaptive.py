@@ -2,11 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-import diffrax
 import jax
 import jax.numpy as jnp
 
@@ -55,24 +53,6 @@ class Way:
         return False
 
 
-class FirstStepGiven(diffrax.PIDController):
-    """A controller that knows the first step itself.
-
-    diffrax checks a first step that it is given by a call from compiled code into Python, and JAX keeps no program with
-    such a call on disk: each process would compile it, for seconds.
-    """
-
-    first: Any = None
-
-    def wrap(self, direction: Any) -> "FirstStepGiven":
-        """The same for time that runs forward."""
-        return replace(self, first=self.first * direction)
-
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Any, dt0: Any, *rest: Any) -> Any:
-        """The end of the first step, and the controller's state."""
-        return super().init(terms, t0, t1, y0, self.first, *rest)
-
-
 @partial(jax.jit, static_argnames=("rate", "condition", "most"))
 def advance(
     rate: Callable[[Any, Tree, Any], Tree],
@@ -95,6 +75,10 @@ def advance(
     Runs under jax.enable_x64. Source: Prince & Dormand 1981, J. Comp. Appl. Math. 7, 67, as diffrax has it.
     Checked by tests/unit/engines/test_adaptive.py.
     """
+    import diffrax  # which bodies that are followed by a splitting do without
+
+    from astroinertia.engines.first_step import FirstStepGiven
+
     shortest = SHORTEST * jnp.maximum(jnp.abs(time), jnp.abs(until))
     # A first step that all but reaches the end would leave one of no length.
     left = until - time

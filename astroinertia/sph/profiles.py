@@ -7,11 +7,10 @@ labels the similar surfaces. Tests: tests/unit/sph/test_initial_particles.py.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.special import betainc, betaincinv, elliprf, roots_jacobi
 
-from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.bodies.polytrope import Polytrope
 
 CORE = 0.1  # of the largest density: what is denser is the core
@@ -41,11 +40,13 @@ def polytrope(index: float) -> Profile:
 
 def homologous_core(share: float) -> Profile:
     """Return that of a homologous collapse at `share` of the critical rate; ValueError outside 0 <= share <= 1."""
+    from astroinertia.bodies.homologous_core import HomologousCore  # with integrators that other bodies do without
+
     body = HomologousCore(float(share))
     return _of_body(f"homologous_core {body.share!r}", body)
 
 
-def _of_body(name: str, body: Polytrope | HomologousCore) -> Profile:
+def _of_body(name: str, body: Any) -> Profile:
     moment, energy = body.moment_of_inertia / 2, body.gravitational_energy
     return Profile(name, body.enclosed_mass, body.radius_enclosing, body.density, moment, energy)
 
@@ -80,20 +81,22 @@ def dyson(gamma: float) -> Profile:
     """
     if not (math.isfinite(gamma) and gamma > 1):
         raise ValueError(f"a Dyson ellipsoid needs a finite gamma above 1, not {gamma!r}")
+    from scipy import special  # which other bodies do without
+
     k = 1 / (float(gamma) - 1)
     central = math.exp(math.lgamma(k + 2.5) - math.lgamma(k + 1)) / math.pi**1.5
 
     def enclosed(s):
-        return betainc(1.5, k + 1, np.clip(s, 0.0, 1.0) ** 2)
+        return special.betainc(1.5, k + 1, np.clip(s, 0.0, 1.0) ** 2)
 
     # W = -integral of m(s) 4 pi s rho ds; with x = s^2 the weight (1 - x)^k is Gauss-Jacobi's.
-    nodes, weights = roots_jacobi(60, k, 0.0)
+    nodes, weights = special.roots_jacobi(60, k, 0.0)
     x = (nodes + 1) / 2
     smooth = enclosed(np.sqrt(x)) * 2 * math.pi * central
     return Profile(
         name=f"dyson {float(gamma)!r}",
         enclosed=enclosed,
-        radius=lambda m: np.sqrt(betaincinv(1.5, k + 1, np.clip(m, 0.0, 1.0))),
+        radius=lambda m: np.sqrt(special.betaincinv(1.5, k + 1, np.clip(m, 0.0, 1.0))),
         density=lambda s: central * np.maximum(1 - np.asarray(s) ** 2, 0.0) ** k,
         second_moment=1 / (2 * k + 5),
         gravitational_energy=-float(smooth @ weights) / 2 ** (k + 1),
@@ -106,5 +109,7 @@ def ellipsoid_gravitational_energy(profile: Profile, mass: float, semi_axes) -> 
     W = W_sphere (abc)^(1/3) R_F(a^2, b^2, c^2) with the sphere of the same volume and Carlson's R_F, whatever the
     profile (Roberts 1962, ApJ 136, 1108).
     """
+    from scipy.special import elliprf  # which other bodies do without
+
     a, b, c = (float(axis) for axis in semi_axes)
     return profile.gravitational_energy * mass**2 * float(elliprf(a**2, b**2, c**2))
