@@ -9,8 +9,8 @@ and by radius, with t = r/R and V = m/t^3,
     V t^3 = 4 pi R^3 integral of rho t^2 dt,    dP/dt = -(G/R) rho V t.
 
 The layers' boundaries lie at known t, where P is continuous and rho jumps; the one unknown is the pressure at the
-centre, found by the secant method so that the surface has its own. Each step is a Gauss-Legendre collocation of P, solved
-by Picard's iteration; the integral of t^2 times a polynomial is exact, so that the centre is no singular point.
+centre, found by the secant method so that the surface has its own. Each step is a Gauss-Legendre collocation of P,
+solved by Picard's iteration; the integral of t^2 times a polynomial is exact, so that the centre is no singular point.
 
 Sources: Seager et al. 2007, ApJ 669, 1279, sec. 2; Hairer, Norsett & Wanner 1993, Solving ODEs I, sec. II.7.
 Tests: tests/physics/test_hydrostatic.py, tests/hard/test_layered_hard.py; cost:
@@ -41,7 +41,8 @@ Array = Any
 DEFAULT_STEPS = 6  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
 _NODES = 8  # collocation nodes a step
 _CROWDING = 3  # steps of the last layer crowd to the surface, beyond which rho(P) is singular: in tension, or at once
-_PICARD = 21  # iterations a step, the first with no slope: each gains a factor of the step's share of P/K over its number
+# Iterations a step, the first with no slope: each gains a factor of the step's share of P/K over its number.
+_PICARD = 21
 _SECANT_STEPS = 50
 _RESOLUTION = 1e-4  # resolution error beyond which a result is refused
 NARROW = 1e-6  # of the radius: a piece in which a straight line is as good as a cubic, to 1e-12 of the density
@@ -252,7 +253,7 @@ class _OneOf:
 
 
 def _one_of_kinds(materials: tuple) -> _OneOf:
-    """Materials as one, with a first axis of layers: one program for all layers, with each kind of matter in it once."""
+    """Materials as one, with a first axis of layers: the program of a layer has each kind of matter in it once."""
     materials = jax.tree.map(lambda part: jnp.asarray(part, dtype=float), materials)
     kinds: dict[Any, list[int]] = {}
     for layer, one in enumerate(materials):
@@ -314,7 +315,7 @@ class _ByRadius(NamedTuple):
 
 
 class _Parts(NamedTuple):
-    """What is integrated: the equation, the matter of each layer, and t at the edges of its steps (layers, steps + 1)."""
+    """What is integrated: the equation, the layers' matter, and t at the edges of their steps (layers, steps + 1)."""
 
     equation: _ByMass | _ByRadius
     matter: _OneOf

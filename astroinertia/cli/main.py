@@ -45,6 +45,7 @@ from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
 from astroinertia.run.meter import Meter, Voice, preparing
+from astroinertia.storage.cache import cache_directory
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing
@@ -81,7 +82,7 @@ def _carried_out(arguments: Sequence[str] | None) -> int:
     try:
         options = parser_of(_commands(), _Version).parse_args(arguments)
         requirements.check()
-        kept_programs.keep_apart()
+        kept_programs.keep(cache_directory() / "jax")
         with stop.warnings_as_sentences(_complain), hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:

@@ -11,11 +11,32 @@ Tests: tests/unit/process/test_kept_programs.py.
 import hashlib
 import os
 import sys
+import warnings
 from pathlib import Path
 
 FOLDER = "JAX_COMPILATION_CACHE_DIR"
+LEAST = "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"
 LOUDNESS = "TF_CPP_MIN_LOG_LEVEL"
 FATAL_ONLY = "3"
+
+
+def keep(place: Path) -> None:
+    """Have JAX keep the programs of a command: where $JAX_COMPILATION_CACHE_DIR asks for it, or else in a folder.
+
+    There they are kept however quickly they were compiled. Where the folder cannot be written, none are.
+    """
+    if not os.environ.get(FOLDER):
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            return
+        if not os.access(place, os.W_OK):
+            return
+        os.environ[FOLDER] = str(place)
+        os.environ.setdefault(LEAST, "0")
+    # JAX compiles a program again that was cut short when it was written, and says so each time.
+    warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
+    keep_apart()
 
 
 def keep_apart() -> None:

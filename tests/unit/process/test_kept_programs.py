@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from astroinertia.process import kept_programs
+
 # A program whose constant is part of a function that all generated modules share. For machines that have no
 # instruction for it, what is tested here is a loop, which is compiled as a function of its own.
 PROGRAM = '''
@@ -117,11 +119,32 @@ def test_the_command_line_keeps_programs_by_processor_and_says_nothing_of_it(tmp
         "import sys; from astroinertia.cli.main import main; code = main(['ratios', '--body', 'Mars']); "
         "from astroinertia.process.kept_programs import processor; print(processor()); sys.exit(code)"
     )
-    kept = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
-    given = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}
+    kept = {"ASTROINERTIA_CACHE": str(tmp_path)}
+    given = {name: value for name, value in os.environ.items() if not name.startswith(("TF_CPP_MIN_LOG_LEVEL", "JAX_"))}
+    before: dict = {}
     for _ in range(2):
         done = subprocess.run(
             [sys.executable, "-c", program], env=given | kept, capture_output=True, text=True, check=True
         )
         assert [line for line in done.stderr.splitlines() if not line.endswith("ratios is at work")] == []
-        assert [each.name for each in tmp_path.iterdir()] == done.stdout.splitlines()[-1:]
+        (place,) = (tmp_path / "jax").iterdir()
+        assert [place.name] == done.stdout.splitlines()[-1:]
+        written = {each: each.stat().st_mtime_ns for each in place.iterdir() if each.name.endswith("-cache")}
+        assert written and before in ({}, written)  # compiled once, and then read
+        before = written
+    for each in written:
+        each.write_bytes(each.read_bytes()[:-1])  # as a process leaves it that is killed there
+    done = subprocess.run([sys.executable, "-c", program], env=given | kept, capture_output=True, text=True, check=True)
+    assert "cache" not in done.stderr
+
+
+def test_a_place_that_cannot_be_written_keeps_nothing_and_the_users_own_comes_first(tmp_path, monkeypatch):
+    for name in (kept_programs.FOLDER, kept_programs.LEAST):
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "file").touch()
+    kept_programs.keep(tmp_path / "file" / "jax")
+    assert kept_programs.FOLDER not in os.environ
+    monkeypatch.setenv(kept_programs.FOLDER, str(tmp_path / "own"))
+    kept_programs.keep(tmp_path / "jax")
+    assert Path(os.environ[kept_programs.FOLDER]).is_relative_to(tmp_path / "own") and not (tmp_path / "jax").exists()
+    assert kept_programs.LEAST not in os.environ
