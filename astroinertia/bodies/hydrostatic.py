@@ -374,9 +374,7 @@ def _equilibrium_jvp(at: tuple, along: tuple) -> tuple[tuple, tuple]:
     return found, (moved, *jax.tree.map(lambda own, other: own + moved * other, by_parts, by_centre))
 
 
-def _through_layer(
-    equation: _ByMass | _ByRadius, material: Material, edges: Array, state: Array
-) -> tuple[Array, Array]:
+def _through_layer(equation: _ByMass | _ByRadius, matter: _OneOf, edges: Array, state: Array) -> tuple[Array, Array]:
     """The state at the outer boundary, and rows (steps * (1 + nodes) + 1, 3) of t, content and P, ending with it.
 
     edges: (steps + 1,) of t. state: content, P, I, W, the sum for the resolution error, and the largest change of P by
@@ -402,7 +400,7 @@ def _through_layer(
 
         def improved(carry: _AtNodes, _: None) -> tuple[_AtNodes, Array]:
             nodes = pressure + fall @ carry.pressure_slope
-            density = material.density(nodes)
+            density = matter.density(nodes)
             filled = content + growth @ equation.content_slope(density)
             mean = jnp.where(some, filled / safe**3, 1.0)
             new = _AtNodes(nodes, density, mean, equation.pressure_slope(density, mean))

@@ -3,6 +3,7 @@
 import ctypes
 import math
 import struct
+from typing import Any
 
 import numpy as np
 import rebound
@@ -35,7 +36,8 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     """
     rows = np.empty((len(times), bodies.N, 6))
     # Read where they are: to ask for a copy takes longer than a step of few bodies.
-    here = (rebound.Particle * bodies.N).from_address(ctypes.addressof(bodies.particles[0]))
+    first: Any = bodies.particles[0]
+    here = (rebound.Particle * bodies.N).from_address(ctypes.addressof(first))
     now = np.frombuffer(here).reshape(bodies.N, -1)[:, :6]
     for row, time in zip(rows, times.tolist(), strict=True):
         go_on(bodies, time)
