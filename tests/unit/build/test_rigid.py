@@ -1,5 +1,8 @@
 """From a scene to a rigid body: its moments and axes, its spin, what is refused, and a run as a dataset."""
 
+import subprocess
+import sys
+
 import jax
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.plan_body import unstated_wobble
+from tests.sims import SIMS
 
 HEAD = 'name = "it"\nmodel = "rigid"\nunits = "code"\n[time]\nend = 1.0\n'
 BODY = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [3.0, 1.0, 2.5]\n'
@@ -204,3 +208,15 @@ def test_an_obliquity_turns_a_fluid_with_its_axis(model):
     assert tilted["angular_momentum"] == pytest.approx(turn @ upright["angular_momentum"], rel=1e-6, abs=1e-8)
     expected = turn @ upright["inertia_tensor"] @ turn.T
     assert tilted["inertia_tensor"] == pytest.approx(expected, rel=0.05, abs=0.05 if model == "sph" else 1e-12)
+
+
+@pytest.mark.slow
+def test_a_body_that_a_splitting_follows_is_run_without_numba_and_diffrax(tmp_path):
+    """To import them takes longer than to follow it."""
+    program = (
+        "import sys; from astroinertia.cli.main import main; "
+        f"code = main(['run', {str(SIMS / 'tennis_racket.toml')!r}, '--output', {str(tmp_path / 'run')!r}]); "
+        "print(code, sorted({'numba', 'diffrax'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "0 []"
