@@ -114,7 +114,7 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     """
     if not by_numpy(xp):
         results = [function(xp, *map(_apart, (*arguments, *more))) for more in cases]
-        return tuple(xp.stack([_summed(xp, value) for value in values]) for values in zip(*results, strict=True))
+        return tuple(map(xp.stack, zip(*_summed(xp, results, _count(arguments)), strict=True)))
     if not _is_for_numpy(xp, arguments, count := _count(arguments)):
         shared, kinds = _flat(arguments, count)
         flat = [_flat(more, count) for more in cases]
@@ -345,5 +345,17 @@ def _joined(xp: Any, value: Any, count: int) -> Array:
     return xp.broadcast_to(value, (count,))
 
 
-def _summed(xp: Any, value: Any) -> Array:
-    return xp.stack([_summed(xp, part) for part in value]) if isinstance(value, tuple) else xp.sum(value)
+def _summed(xp: Any, results: list[tuple[Any, ...]], count: int) -> list[tuple[Array, ...]]:
+    # The same with a sum for each array, those of three or nine of them as arrays too.
+    from astroinertia.engines.xla_sums import sums  # only here: numba's engine does without JAX
+
+    found = iter(sums([xp.broadcast_to(array, (count,)) for array in _leaves(results)]))
+
+    def joined(value: Any) -> Array:
+        return xp.stack([joined(part) for part in value]) if isinstance(value, tuple) else next(found)
+
+    return [tuple(map(joined, values)) for values in results]
+
+
+def _leaves(value: Any) -> list[Array]:
+    return [leaf for part in value for leaf in _leaves(part)] if isinstance(value, (tuple, list)) else [value]

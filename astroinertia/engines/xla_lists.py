@@ -7,6 +7,7 @@ checks that for itself, and goes through all tiles, culled by their boxes, where
 out of date costs time and never a pair.
 """
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,9 +16,12 @@ import numpy as np
 from numba import njit
 
 from astroinertia.engines import tree
+from astroinertia.engines.numba_vectors import ENTRY
 from astroinertia.engines.pytree import pytree
+from astroinertia.engines.threads import available_threads
 
 MOST_WIDE_LEAVES = 2048  # whose pairs are listed all
+TASKS = 64  # ranges of leaves that threads share out
 
 
 @pytree
@@ -138,9 +142,9 @@ def _tiles(
     chunk = patch[0] * patch[1]
     used = -(-len(leaf) // chunk)
     total = _rounded(used) * chunk
-    padded_leaf = np.full(total, leaves.count - 1)
+    padded_leaf = np.full(total, leaves.count - 1, np.int32)
     padded_leaf[: len(leaf)] = leaf
-    padded_sources = np.full((total, sources.shape[1]), empty)
+    padded_sources = np.full((total, sources.shape[1]), empty, np.int32)
     padded_sources[: len(leaf)] = sources
     whole = np.concatenate([blocks, np.full((1, blocks.shape[1]), int(leaves.start[-1]))])
 
@@ -172,22 +176,30 @@ def _neighbour_tiles(
     count = len(position)
     lo, hi = tree.boxes(leaves, position)
     node_reach = tree.largest(leaves, reach)
-    capacity = 2 * leaves.count
-    while True:
-        leaf, sources = np.empty(capacity, np.int64), np.empty((capacity, block), np.int64)
-        used = _list_blocks(position, reach, lo, hi, node_reach, leaves.start, leaf, sources)
-        if used <= capacity:
-            break
-        capacity = used
+    ends = np.unique(np.linspace(0, leaves.count, TASKS + 1).astype(np.int64))
+
+    def listed(task: int) -> tuple[np.ndarray, np.ndarray]:
+        begin, end = ends[task], ends[task + 1]
+        capacity = 2 * (end - begin)
+        while True:
+            leaf, sources = np.empty(capacity, np.int32), np.empty((capacity, block), np.int32)
+            used = _list_blocks(position, reach, lo, hi, node_reach, leaves.start, begin, end, leaf, sources)
+            if used <= capacity:
+                return leaf[:used], sources[:used]
+            capacity = used
+
+    with ThreadPoolExecutor(available_threads()) as pool:
+        lists = list(pool.map(listed, range(len(ends) - 1)))
+    leaf, sources = (np.concatenate([pair[k] for pair in lists]) for k in range(2))
     everything = np.full(-(-count // block) * block, count)
     everything[:count] = np.arange(count)
     targets = int(np.diff(leaves.start).max())
     blocks = everything.reshape(-1, block)
     patch = _patch(pairs_in_chunk, targets, block, leaves.count, len(blocks))
-    return _tiles(leaves, leaf[:used], sources[:used], blocks, patch)
+    return _tiles(leaves, leaf, sources, blocks, patch)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**ENTRY)
 def _out_of_reach(low, high, lower, upper, reach):
     # NaN is never out of reach.
     squared = 0.0
@@ -198,13 +210,13 @@ def _out_of_reach(low, high, lower, upper, reach):
     return squared > reach * reach
 
 
-@njit(cache=True, error_model="numpy")
-def _list_blocks(position, reach, lo, hi, node_reach, start, leaf, sources):
-    # Fills leaf and sources as far as they go and returns the number of blocks that there are.
+@njit(**ENTRY)
+def _list_blocks(position, reach, lo, hi, node_reach, start, begin, end, leaf, sources):
+    # Of leaves begin ... end-1: fills leaf and sources as far as they go, and returns how many blocks there are.
     leaves, block, empty = len(start) - 1, sources.shape[1], len(position)
     stack = np.empty(128, np.int64)
     used = 0
-    for target in range(leaves):
+    for target in range(begin, end):
         low, high, mine = lo[leaves + target], hi[leaves + target], node_reach[leaves + target]
         place = block
         stack[0] = 1

@@ -4,7 +4,9 @@ A chunk of C tiles is C leaves of S targets against C blocks of B sources: pair 
 in ascending order of the leaves, in two nested scans, and each is computed again in reverse mode rather than stored.
 """
 
+import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import jax
@@ -17,7 +19,8 @@ from astroinertia.engines.xla_places import Places
 from astroinertia.sph.kernels import Kernel
 
 Array = Any
-# So few chunks are gone through one by one; more of them in groups, which are skipped and stored as a whole.
+# So few chunks are gone through one by one; more of them in groups of about as many, which are skipped and stored as a
+# whole, and groups of groups.
 FEW = 64
 # Sums over pairs as differences of sums lose this factor in digits, and more is not given away.
 UNEVEN = 100.0
@@ -139,7 +142,9 @@ def sum_over_tiles(
             source = jnp.where(covered, tiles.sources[row], tiles.blocks[block])
 
         def add(carry: Any) -> Any:
-            return _gathered(carry, target, chunk_sums(places, tiles.slots[target], source))
+            # Sums are finished first: else a GPU works them out anew for each column that they are added to.
+            part = jax.lax.optimization_barrier(chunk_sums(places, tiles.slots[target], source))
+            return _gathered(carry, target, part)
 
         return jax.lax.cond((chunk < used) & (covered | within), jax.checkpoint(add), lambda carry: carry, carry)
 
@@ -147,7 +152,7 @@ def sum_over_tiles(
 
 
 def in_groups(one: Callable[[Any, Any, Array], Any], arrays: Any, zero: Any, total: int, used: Array) -> Any:
-    """`one(arrays, sums, chunk)` for chunks 0 ... total-1 in two nested scans, whose groups are skipped from `used` on.
+    """`one(arrays, sums, chunk)` for chunks 0 ... total-1 in nested scans, whose groups are skipped from `used` on.
 
     arrays: a tree of all that `one` works with. The chunks are shared out over devices. In reverse mode each
     group is computed again rather than stored.
@@ -156,20 +161,23 @@ def in_groups(one: Callable[[Any, Any, Array], Any], arrays: Any, zero: Any, tot
     def chunks_from(inputs: Any, first: Array | int, stride: int) -> Any:
         arrays, zero, used = inputs
         count = -(-total // stride)
-        group = max(1, round(count**0.5))
+        depth = max(1, math.ceil(math.log(max(count, 1), FEW)))
+        group = math.ceil(round(count ** (1.0 / depth), 9))
 
-        def numbered(carry: Any, number: Array) -> tuple[Any, None]:
-            return one(arrays, carry, first + stride * number), None
+        def scanned(carry: Any, start: Array | int, level: int) -> Any:
+            # A group of the level, group^level chunks, as one scan over its parts.
+            width = group ** (level - 1)
+            parts = -(-count // width) if level == depth else group
+            return jax.lax.scan(jax.checkpoint(partial(part, level - 1)), carry, start + width * jnp.arange(parts))[0]
 
-        def several(carry: Any, number: Array) -> tuple[Any, None]:
-            def add(carry: Any) -> Any:
-                return jax.lax.scan(jax.checkpoint(numbered), carry, number + jnp.arange(group))[0]
+        def part(level: int, carry: Any, start: Array) -> tuple[Any, None]:
+            chunk = first + stride * start
+            if level == 0:
+                return one(arrays, carry, chunk), None
+            inner = jax.checkpoint(partial(scanned, start=start, level=level))
+            return jax.lax.cond(chunk < used, inner, lambda carry: carry, carry), None
 
-            return jax.lax.cond(first + stride * number < used, jax.checkpoint(add), lambda carry: carry, carry), None
-
-        if count <= FEW:
-            return jax.lax.scan(jax.checkpoint(numbered), zero, jnp.arange(count))[0]
-        return jax.lax.scan(jax.checkpoint(several), zero, jnp.arange(0, count, group))[0]
+        return scanned(zero, 0, depth)
 
     return devices.sums_of_chunks(chunks_from, (arrays, zero, used))
 

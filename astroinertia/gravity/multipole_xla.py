@@ -197,34 +197,36 @@ def _pairs(arrays: Any, target: Array, source: Array) -> tuple[Array, Array, Arr
 def _far(bodies: _Bodies) -> Array:
     # Sums (L, S, 4) by expansions.
     order, size, h = bodies.order, *_about_leaves(bodies)
-    moments = _upward(bodies, _leaf_moments(bodies.mass[None], h))
-    leaf_local = _downward(bodies, _interactions(bodies, moments[:, 0]))
-    values = expansions.with_two_z(_expansion(harmonic(order), leaf_local[:, None]))
-    parts = [expansions.gradient(order, values, axis, h) / size for axis in range(3)]
-    parts.append(-expansions.field(values, h))
-    return jnp.stack(parts, axis=2).astype(bodies.centre.dtype)
+    moments = _upward(bodies, _leaf_moments(order, bodies.mass[None], h))
+    values = _downward(bodies, _interactions(bodies, moments[:, 0]))
+    fields = jnp.stack([*(slope / size for slope in expansions.gradient(order, values)), -values])
+    return jnp.einsum("ckl,kls->lsc", fields, h, precision=xla_tiles.PRECISION).astype(bodies.centre.dtype)
 
 
 def _far_virial(bodies: _Bodies) -> Array:
     # sum m x (x) a of each node's own list (3, 3), from its expansion and its moments of m x alone.
     order, (_, h) = bodies.order, _about_leaves(bodies)
     weights = jnp.concatenate([bodies.mass[None], bodies.mass * _levers(bodies)])
-    moments = _upward(bodies, _leaf_moments(weights, h))
-    local = _interactions(bodies, moments[:, 0]) / bodies.scale[:, None]
-    values = expansions.with_two_z(_expansion(harmonic(order), local[:, None]))
-    levers = {a: (-1) ** sum(a) * each for a, each in _expansion(harmonic(order), moments[:, 1:]).items()}
-    return jnp.stack([expansions.gradient(order, values, axis, levers).sum(axis=0) for axis in range(3)], axis=1)
+    moments = _upward(bodies, _leaf_moments(order, weights, h))
+    values = (_interactions(bodies, moments[:, 0]) / bodies.scale[:, None]).T
+    fields = jnp.stack(expansions.gradient(order, values))
+    return jnp.einsum("akn,nbk->ba", fields, moments[:, 1:] * _signs(order), precision=xla_tiles.PRECISION)
 
 
-def _about_leaves(bodies: _Bodies) -> tuple[Array, dict[Index, Array]]:
-    # The leaves' scales (L, 1), and harmonics (L, S) of their particles in units of those.
-    size = bodies.scale[bodies.lists.leaf_node].astype(bodies.dtype)[:, None]
-    return size, expansions.harmonics(bodies.order, [bodies.relative[:, :, a] / size for a in range(3)])
+def _about_leaves(bodies: _Bodies) -> tuple[Array, Array]:
+    # The leaves' scales (L,), and harmonics (K, L, S) of their particles in units of those.
+    size = bodies.scale[bodies.lists.leaf_node].astype(bodies.dtype)
+    return size, expansions.harmonics(bodies.order, [bodies.relative[:, :, a] / size[:, None] for a in range(3)])
 
 
-def _leaf_moments(weights: Array, h: dict[Index, Array]) -> Array:
+def _leaf_moments(order: int, weights: Array, h: Array) -> Array:
     # Moments (L, W, K) of weights (W, L, S), of the centre less the particle.
-    return jnp.stack([(-1) ** sum(a) * (weights * value).sum(axis=2).T for a, value in h.items()], axis=2)
+    return jnp.einsum("wls,kls->lwk", weights, h, precision=xla_tiles.PRECISION) * _signs(order).astype(h.dtype)
+
+
+def _signs(order: int) -> np.ndarray:
+    # Of harmonics on the other side of the origin.
+    return np.array([(-1.0) ** sum(a) for a in harmonic(order)])
 
 
 def _levers(bodies: _Bodies) -> Array:
@@ -235,22 +237,26 @@ def _levers(bodies: _Bodies) -> Array:
 
 
 def _expansion(keys: tuple[Index, ...], array: Array) -> dict[Index, Array]:
-    # (..., K) as an array for each key, in one piece of memory: twice as fast as reading across the rows (measured).
-    return dict(zip(keys, jax.lax.optimization_barrier(jnp.moveaxis(array, -1, 0)), strict=True))
+    # (..., K) as an array for each key.
+    return dict(zip(keys, _apart(array), strict=True))
+
+
+def _apart(array: Array) -> Array:
+    # (..., K) as (K, ...), each component in one piece of memory: twice as fast as reading across the rows (measured).
+    return jax.lax.optimization_barrier(jnp.moveaxis(array, -1, 0))
 
 
 def _upward(bodies: _Bodies, leaf_moments: Array) -> Array:
     # Moments (nodes + 1, W, K) of all nodes that take part, from those of leaves (L, W, K), for W weights.
     lists, order, nodes = bodies.lists, bodies.order, bodies.lists.first.shape[0]
-    keys = harmonic(order)
 
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, leaf_moments = both
         by, ratio, size = _shift(bodies, leaf, node)
-        moments = expansions.scaled(_expansion(keys, leaf_moments[leaf][:, None]), ratio[:, :, None])
+        moments = expansions.scaled(order, _apart(leaf_moments[leaf][:, None]), ratio[:, :, None])
         moved = expansions.moments_shifted(order, moments, [(-d / size)[:, :, None] for d in by])
-        part = jnp.stack([moved[a] for a in keys], axis=3)
-        return carry.at[node].add(part.astype(carry.dtype), mode="promise_in_bounds")
+        part = jnp.moveaxis(moved, 0, -1).astype(carry.dtype)
+        return carry.at[node].add(part, mode="promise_in_bounds")
 
     zero = jnp.zeros((nodes + 1, *leaf_moments.shape[1:]))
     return _sum_over_chunks((bodies, leaf_moments), lists.shifts, add, zero).at[nodes].set(0.0)
@@ -280,11 +286,12 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
         distance = jnp.sqrt((separation * separation).sum(axis=2))
         # In units of the distance all numbers are about 1 or less, which float32 holds.
         ratio = (bodies.scale[source] / distance).astype(bodies.dtype)
-        given = expansions.scaled(_expansion(sources, moments[source]), ratio)
+        powers = expansions.powers(order, ratio)
+        given = {a: m * powers[sum(a)] for a, m in _expansion(sources, moments[source]).items()}
         made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
-        made = expansions.scaled(made, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
+        powers = expansions.powers(order, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
         inverse = (1.0 / distance).astype(bodies.dtype)
-        part = jnp.stack([(made[b] * inverse).sum(axis=1) for b in keys], axis=1)
+        part = jnp.stack([(made[b] * powers[sum(b)] * inverse).sum(axis=1) for b in keys], axis=1)
         return carry.at[target].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((moments.shape[0], len(keys)))
@@ -292,17 +299,15 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
 
 
 def _downward(bodies: _Bodies, local: Array) -> Array:
-    # Expansions (L, K) about the leaves, of all nodes above them.
-    order = bodies.order
-    keys, local = harmonic(order), local.astype(bodies.dtype)
+    # Expansions (K, L) about the leaves, of all nodes above them.
+    order, local = bodies.order, local.astype(bodies.dtype)
 
     def add(both: Any, carry: Array, leaf: Array, node: Array) -> Array:
         bodies, local = both
         by, ratio, size = _shift(bodies, leaf, node)
-        moved = expansions.local_shifted(order, _expansion(keys, local[node]), [d / size for d in by])
-        moved = expansions.scaled(moved, ratio)
-        part = jnp.stack([moved[b].sum(axis=1) for b in keys], axis=1)
+        moved = expansions.local_shifted(order, _apart(local[node]), [d / size for d in by])
+        part = expansions.scaled(order, moved, ratio).sum(axis=2).T
         return carry.at[leaf].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((bodies.mass.shape[0], local.shape[1]))
-    return _sum_over_chunks((bodies, local), bodies.lists.shifts, add, zero).astype(bodies.dtype)
+    return _sum_over_chunks((bodies, local), bodies.lists.shifts, add, zero).astype(bodies.dtype).T
