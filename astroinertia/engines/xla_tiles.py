@@ -142,7 +142,7 @@ def sum_over_tiles(
             source = jnp.where(covered, tiles.sources[row], tiles.blocks[block])
 
         def add(carry: Any) -> Any:
-            # Sums are finished first: else a GPU works them out anew for each column that they are added to.
+            # Sums are finished first: else a GPU works them out again for each column that they are added to.
             part = jax.lax.optimization_barrier(chunk_sums(places, tiles.slots[target], source))
             return _gathered(carry, target, part)
 
