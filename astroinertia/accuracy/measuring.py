@@ -12,8 +12,6 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import jax
-
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.knobs import Setting, duration, with_overrides
 from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
@@ -128,6 +126,8 @@ def measure(
     """
     if folder.exists():
         shutil.rmtree(folder)
+    import jax  # only here: most runs are not measured
+
     with jax.enable_x64(True):
         try:
             measured = _measured(scene, observables, folder, listener, rehearsed)

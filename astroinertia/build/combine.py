@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import jax
 import numpy as np
 
 from astroinertia.build.placing import Particles
+from astroinertia.engines.pytree import named_leaves
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
@@ -37,7 +37,7 @@ def _known(body: Particles, name: str) -> np.ndarray:
 
 def check_same_fluid(equations: Sequence[object]) -> None:
     """SceneError where a constant that is taken "from body" would be another for another body."""
-    first, *others = (np.hstack([0.0, *jax.tree.leaves(equation)]).astype(float) for equation in equations)
+    first, *others = (np.hstack([0.0, *named_leaves(equation).values()]).astype(float) for equation in equations)
     for number, constants in enumerate(others, start=1):
         if not np.allclose(constants, first, rtol=_SAME_FLUID, atol=0.0):
             raise SceneError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import FunctionType
@@ -29,8 +30,8 @@ def scoped(kind: str, part: Callable) -> Callable:
 
     @functools.wraps(part)
     def named(*arguments: Any) -> Any:
-        import jax  # only here: what only describes effects need not wait for it
-
+        if (jax := sys.modules.get("jax")) is None:  # then nothing is traced
+            return part(*arguments)
         with jax.named_scope(f"effect:{kind}"):
             return part(*arguments)
 

@@ -6,34 +6,16 @@ devices there are is the mesh that compiled code is called under, so that a prog
 Tests: tests/scale/test_devices.py.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import jax
-from jax.sharding import AxisType, PartitionSpec
+from jax.sharding import PartitionSpec
 from jax.tree_util import DictKey
 
-from astroinertia.errors import SceneError
+from astroinertia.engines.mesh import AXIS
 
 Array = Any
-AXIS = "devices"
-
-
-@contextmanager
-def shared_out(count: int) -> Iterator[None]:
-    """Within it, passes of the xla engine are shared out over this many devices; SceneError where there are fewer.
-
-    After jax.distributed.initialize devices of all processes count, and every process must do the same.
-    """
-    if count == 1:
-        yield
-        return
-    present = jax.device_count()
-    if count > present or (jax.process_count() > 1 and count != present):
-        raise SceneError(f"numerics.devices is {count}, but JAX has {present} {jax.default_backend()} device(s) here.")
-    with jax.set_mesh(jax.make_mesh((count,), (AXIS,), devices=jax.devices()[:count], axis_types=(AxisType.Auto,))):
-        yield
 
 
 def sums_of_chunks(chunks_from: Callable[[Any, Array | int, int], Any], arrays: Any) -> Any:

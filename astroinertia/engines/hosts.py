@@ -6,12 +6,12 @@ Tests: tests/scale/test_hosts.py, tests/scale/test_mpi.py.
 """
 
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TypeVar
 
-import jax
 import numpy as np
 
 from astroinertia.engines import mpi
@@ -27,6 +27,8 @@ def joined(coordinator: str | None, processes: int | None, number: int | None) -
 
     Without them they are those that Slurm or MPI has started, as JAX finds out. SceneError where they do not meet.
     """
+    import jax  # only here: a process by itself may do without
+
     try:
         jax.distributed.initialize(coordinator, processes, number)
         with suppress(ValueError):  # not the main thread
@@ -40,6 +42,8 @@ def joined(coordinator: str | None, processes: int | None, number: int | None) -
 
 
 def _part() -> None:
+    import jax
+
     # Closed while it answers, the service of the first process aborts it, after the run (gRPC of JAX 0.10.1, seldom):
     # jax.distributed.shutdown() closes it right after its last answer. What it does is done here with a pause between.
     with suppress(ImportError, AttributeError):  # parts of JAX that it promises nobody
@@ -54,14 +58,21 @@ def _part() -> None:
 
 def several() -> bool:
     """Whether this process has been joined by others."""
-    return mpi.communicator() is not None or (jax.distributed.is_initialized() and jax.process_count() > 1)
+    return mpi.communicator() is not None or _by_jax()
+
+
+def _by_jax() -> bool:
+    # What has not been imported has joined nobody.
+    if (jax := sys.modules.get("jax")) is None:
+        return False
+    return jax.distributed.is_initialized() and jax.process_count() > 1
 
 
 def is_first() -> bool:
     """Whether this process is the one that writes."""
     if (world := mpi.communicator()) is not None:
         return world.Get_rank() == 0
-    return not several() or jax.process_index() == 0
+    return not _by_jax() or sys.modules["jax"].process_index() == 0
 
 
 def must_be_alone(what: str) -> None:

@@ -4,13 +4,15 @@ jax.tree_util.register_dataclass leaves the class out when it compares two struc
 (jaxlib 0.10): Vinet(1.0, 2.0, 3.0) and Murnaghan(1.0, 2.0, 3.0) were "the same" to the cache of a compiled function
 whenever their hashes fell together, and one was computed by the other's program. Structures made here carry the class.
 
-Classes are registered when JAX is imported, whoever does: what is done in numpy need not wait for it.
+Classes are registered when JAX is imported, whoever does: what is done in numpy need not wait for it, and goes through
+its trees with `mapped` and `named_leaves`.
 Tests: tests/unit/engines/test_pytree.py.
 """
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
+from functools import partial
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -19,7 +21,8 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 _JAX = "jax"
-_waiting: list[type] = []
+_waiting: list[Callable[[], None]] = []  # what is done at the end of its import
+_fields: dict[type, tuple[list[str], list[str]]] = {}  # of each class, what is data and what part of the structure
 
 
 def pytree(cls: type[T]) -> type[T]:
@@ -27,20 +30,58 @@ def pytree(cls: type[T]) -> type[T]:
 
     Structures of two classes differ, whatever their fields. Checked by tests/unit/engines/test_pytree.py.
     """
-    if _JAX in sys.modules:
-        _register(cls)
-    else:
-        _waiting.append(cls)
+    names = [field.name for field in fields(cls) if field.init]  # type: ignore[arg-type]
+    static = {field.name for field in fields(cls) if field.metadata.get("static", False)}  # type: ignore[arg-type]
+    _fields[cls] = [name for name in names if name not in static], [name for name in names if name in static]
+    once_imported(partial(_register, cls))
     return cls
+
+
+def once_imported(action: Callable[[], None]) -> None:
+    """Do something as soon as JAX is there: now, or at the end of its import."""
+    if _JAX in sys.modules:
+        action()
+    elif action not in _waiting:
+        _waiting.append(action)
+
+
+def mapped(function: Callable[[Any], Any], tree: Any) -> Any:
+    """The tree with function(leaf) in place of each leaf, as jax.tree.map has it."""
+    return _rebuilt(lambda _, leaf: function(leaf), tree, "")
+
+
+def named_leaves(tree: Any) -> dict[str, Any]:
+    """{path: leaf}, with paths as jax.tree_util.keystr has them: `.rates.fluid.density`, `.memory['name']`."""
+    found: dict[str, Any] = {}
+    _rebuilt(found.__setitem__, tree, "")
+    return found
+
+
+def with_leaves(tree: Any, leaves: Mapping[str, Any]) -> Any:
+    """The tree with other leaves, by their paths; KeyError where one is missing."""
+    return _rebuilt(lambda path, _: leaves[path], tree, "")
+
+
+def _rebuilt(function: Callable[[str, Any], Any], tree: Any, path: str) -> Any:
+    # With function(path, leaf) in place of each leaf. None is a tree without leaves.
+    cls = type(tree)
+    if cls in _fields:
+        data, kept = _fields[cls]
+        parts = {name: _rebuilt(function, getattr(tree, name), f"{path}.{name}") for name in data}
+        return cls(**parts, **{name: getattr(tree, name) for name in kept})
+    if cls is dict:
+        return {key: _rebuilt(function, part, f"{path}[{key!r}]") for key, part in sorted(tree.items())}
+    if hasattr(tree, "_fields"):
+        return cls(*(_rebuilt(function, part, f"{path}.{name}") for name, part in zip(tree._fields, tree, strict=True)))
+    if cls in (tuple, list):
+        return cls(_rebuilt(function, part, f"{path}[{number}]") for number, part in enumerate(tree))
+    return None if tree is None else function(path, tree)
 
 
 def _register(cls: type) -> None:
     import jax
 
-    names = [field.name for field in fields(cls) if field.init]  # type: ignore[arg-type]
-    static = {field.name for field in fields(cls) if field.metadata.get("static", False)}  # type: ignore[arg-type]
-    data = [name for name in names if name not in static]
-    kept = [name for name in names if name in static]
+    data, kept = _fields[cls]
     keys = [jax.tree_util.GetAttrKey(name) for name in data]
 
     def flatten(tree: Any) -> tuple[tuple, tuple]:
@@ -72,7 +113,7 @@ class _AfterJax(MetaPathFinder):
         def execute_and_register(module: ModuleType) -> None:
             execute(module)
             while _waiting:
-                _register(_waiting.pop())
+                _waiting.pop()()
 
         spec.loader.exec_module = execute_and_register
         return spec

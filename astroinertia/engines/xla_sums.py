@@ -1,5 +1,6 @@
-"""Sums of many arrays over particles in one pass: traced apart, each of them would be compiled and run by itself."""
+"""Sums of many arrays in one pass: traced apart, each of them would be compiled, and often run, by itself."""
 
+from functools import partial
 from operator import add
 from typing import Any
 
@@ -8,17 +9,17 @@ import jax
 Array = Any
 
 
-@jax.custom_jvp
-def sums(arrays: list[Array]) -> list[Array]:
-    """The sum of each of several arrays (N,).
+@partial(jax.custom_jvp, nondiff_argnums=(1,))
+def sums(arrays: list[Array], axis: int = 0) -> list[Array]:
+    """The sum of each of several arrays of one shape along an axis.
 
     Of twenty sums, as of a ledger, a million terms each: a fifth of the time, and half the time to compile (measured).
     """
     zeros = [array.dtype.type(0) for array in arrays]
-    return list(jax.lax.reduce(arrays, zeros, lambda one, other: list(map(add, one, other)), dimensions=(0,)))
+    return list(jax.lax.reduce(arrays, zeros, lambda one, other: list(map(add, one, other)), dimensions=(axis,)))
 
 
 @sums.defjvp
-def _sums_jvp(primals, tangents):
+def _sums_jvp(axis, primals, tangents):
     # Sums by themselves, which unlike a reduction of several arrays can be differentiated backwards.
-    return sums(*primals), [change.sum() for change in tangents[0]]
+    return sums(*primals, axis), [change.sum(axis=axis) for change in tangents[0]]

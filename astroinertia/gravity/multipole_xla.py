@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.engines import xla_pairs, xla_tiles
+from astroinertia.engines import xla_pairs, xla_sums, xla_tiles
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity import expansions_xla as expansions, lists_xla, multipole
 from astroinertia.gravity.clamped_points import CLAMP
@@ -291,7 +291,7 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
         made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
         powers = expansions.powers(order, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
         inverse = (1.0 / distance).astype(bodies.dtype)
-        part = jnp.stack([(made[b] * powers[sum(b)] * inverse).sum(axis=1) for b in keys], axis=1)
+        part = jnp.stack(xla_sums.sums([made[b] * powers[sum(b)] * inverse for b in keys], 1), axis=1)
         return carry.at[target].add(part.astype(carry.dtype), indices_are_sorted=True, mode="promise_in_bounds")
 
     zero = jnp.zeros((moments.shape[0], len(keys)))

@@ -6,9 +6,9 @@ Tests: tests/unit/models/test_checkpoint.py, tests/hard/test_altered_folders.py.
 from collections.abc import Mapping
 from typing import Any
 
-import jax
 import numpy as np
 
+from astroinertia.engines.pytree import named_leaves, with_leaves
 from astroinertia.models.sph.state import State
 
 LARGEST = 1e100  # no number of a state is larger: its square and its cube are still numbers
@@ -20,16 +20,12 @@ POSITIVE = (5e-324, LARGEST)
 
 def flattened(state: State) -> dict[str, np.ndarray]:
     """Every array of a state under its path."""
-    leaves, _ = jax.tree_util.tree_flatten_with_path(state)
-    return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
+    return {path: np.asarray(leaf) for path, leaf in named_leaves(state).items()}
 
 
 def unflattened(like: State, arrays: Mapping[str, np.ndarray], xp: Any) -> State:
     """The state of which `arrays` are the leaves; `like` has the same structure."""
-    paths, structure = jax.tree_util.tree_flatten_with_path(like)
-    return jax.tree_util.tree_unflatten(
-        structure, [xp.asarray(arrays[jax.tree_util.keystr(path)]) for path, _ in paths]
-    )
+    return with_leaves(like, {path: xp.asarray(arrays[path]) for path in named_leaves(like)})
 
 
 def length(arrays: Mapping[str, np.ndarray], name: str) -> int:

@@ -21,7 +21,7 @@ from astroinertia.build.assemble import (
 )
 from astroinertia.effects.doors import made_of
 from astroinertia.engines import hosts
-from astroinertia.engines.devices import shared_out
+from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.callback import callback_of

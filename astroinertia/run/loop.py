@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import jax
 import numpy as np
 import xarray as xr
 
@@ -29,7 +28,8 @@ from astroinertia.costs.prediction import predict
 from astroinertia.dataset.schema import code_units
 from astroinertia.effects.own import failures_said, raise_failure
 from astroinertia.engines import hosts
-from astroinertia.engines.devices import shared_out
+from astroinertia.engines.double import in_double
+from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.models.protocol import Figures, Through
 from astroinertia.observables.own import recorded
@@ -92,7 +92,7 @@ Completion = Callable[[xr.Dataset], xr.Dataset]
 @contextmanager
 def computing(devices: int = 1) -> Iterator[None]:
     """Within it JAX computes in 64 bits, on so many devices, and what functions of a user's own did wrong is said."""
-    with jax.enable_x64(True), shared_out(devices), failures_said():
+    with in_double(), shared_out(devices), failures_said():
         yield
 
 

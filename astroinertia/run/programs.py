@@ -9,10 +9,10 @@ from contextlib import suppress
 from contextvars import copy_context
 from typing import Any
 
-import jax
 import numpy as np
 
 from astroinertia.build.assemble import prepare
+from astroinertia.engines.double import in_double
 from astroinertia.engines.threads import noting
 from astroinertia.scene.schema import Scene
 
@@ -45,7 +45,7 @@ def _rehearse(scene: Scene, found: dict[Program, None]) -> None:
             _made_up_density(**named)
 
     noting.set(note)
-    with jax.enable_x64(True), np.errstate(all="ignore"), suppress(Exception):
+    with in_double(), np.errstate(all="ignore"), suppress(Exception):
         prepared = prepare(_unsettled(scene))
         prepared.evolution.record(None)
         prepared.evolution.advance(prepared.outputs.end)

@@ -9,12 +9,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import jax
 from numba.core import event
 
 from astroinertia.build.assemble import restore
 from astroinertia.costs.compiling import by_two_processes
-from astroinertia.engines.devices import shared_out
+from astroinertia.engines.double import in_double
+from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import SceneError
 from astroinertia.models.protocol import Rehearsed
 from astroinertia.run import loop
@@ -66,7 +66,7 @@ def warm(scene: Scene) -> Compiled:
 
 def _rehearse(scene: Scene, folder: Path) -> None:
     """What its later steps may come to, from the state that a run was left in."""
-    with Archive.view(folder) as left, jax.enable_x64(True), shared_out(scene.numerics.devices):
+    with Archive.view(folder) as left, in_double(), shared_out(scene.numerics.devices):
         body = restore(left, scene).evolution
         if isinstance(body, Rehearsed):
             body.rehearse()

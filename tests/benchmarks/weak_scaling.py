@@ -109,7 +109,7 @@ def measured(each: int, devices: int, repeats: int) -> dict[str, dict[str, Any]]
     """What every pass takes on so many devices, in this process."""
     import jax
 
-    from astroinertia.engines.devices import shared_out
+    from astroinertia.engines.mesh import shared_out
 
     found = {}
     made, work = passes(each * devices)

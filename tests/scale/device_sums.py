@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.engines import devices
+from astroinertia.engines.mesh import shared_out
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity import multipole_xla
 from tests.unit.engines.test_xla import FLOW, NEIGHBOURS
@@ -86,7 +86,7 @@ def main():
         alone = answers(chosen.derivatives, chosen.few)
         differences = {}
         for count in chosen.counts:
-            with devices.shared_out(count):
+            with shared_out(count):
                 shared = answers(chosen.derivatives, chosen.few)
                 used = jax.sharding.get_abstract_mesh().shape["devices"]
             assert used == count

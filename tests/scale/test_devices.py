@@ -10,7 +10,7 @@ from pathlib import Path
 import jax
 import pytest
 
-from astroinertia.engines import devices
+from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import SceneError
 
 HERE = Path(__file__).parent
@@ -93,5 +93,5 @@ def test_a_run_on_two_devices_is_that_on_one(tmp_path):
 
 def test_more_devices_than_there_are_is_reported():
     count = jax.device_count() + 1
-    with pytest.raises(SceneError, match=f"numerics.devices is {count}, but"), devices.shared_out(count):
+    with pytest.raises(SceneError, match=f"numerics.devices is {count}, but"), shared_out(count):
         pass

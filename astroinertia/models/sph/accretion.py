@@ -8,9 +8,9 @@ within the sinks. Checked by tests/physics/test_sinks.py.
 from dataclasses import replace
 from typing import Any
 
-import jax
 import numpy as np
 
+from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
@@ -171,7 +171,7 @@ def _without(problem: Problem, state: State, taken: Array) -> tuple[State, Any]:
     def kept(array: Array) -> Array:
         return array[stays] if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
-    return replace(with_others(jax.tree.map(kept, particles), others), ledger=ledger), lost
+    return replace(with_others(mapped(kept, particles), others), ledger=ledger), lost
 
 
 def _evaluated(problem: Problem, arrangement: Any, state: State) -> State:

@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-import jax
 import numpy as np
 
+from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.protocol import Figures, Record
@@ -66,7 +66,11 @@ class Particles:
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
         self._split = base_step is not None  # whether the last step was of several intervals, or is not known
-        self._step = jax.jit(step) if problem.engine.name == "xla" else step
+        self._step = step
+        if problem.engine.name == "xla":
+            import jax  # only here: numba's engine does without it
+
+            self._step = jax.jit(step)
         self.evaluations = 0  # of a particle, since this object was made
 
     @property
@@ -191,15 +195,13 @@ class Particles:
 
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time
-        for name, acceleration in zip(
-            self.effects, effect_accelerations(np, jax.tree.map(np.asarray, rates)), strict=True
-        ):
+        for name, acceleration in zip(self.effects, effect_accelerations(np, mapped(np.asarray, rates)), strict=True):
             bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
             if len(bad):
                 return NumericalError(what, effect=name, time=time, particle=int(self.state.identity[bad[0]]))
         return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[self._most_accelerated()]))
 
     def _most_accelerated(self) -> int:
-        rates = jax.tree.map(np.asarray, self.state.rates)
+        rates = mapped(np.asarray, self.state.rates)
         total = total_acceleration(np, rates, rates.fluid.velocity)
         return int(np.argmax(np.linalg.norm(total, axis=1)))

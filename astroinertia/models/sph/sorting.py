@@ -2,9 +2,8 @@
 
 from typing import Any
 
-import jax
-
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.pytree import mapped
 from astroinertia.models.sph.kick_drift import moved, predicted
 from astroinertia.models.sph.points import with_others, without_others
 from astroinertia.models.sph.state import Arrangement, Problem, State
@@ -27,7 +26,7 @@ def in_order(state: State, order: Array) -> State:
         return array.take(order, axis=0) if getattr(array, "ndim", 0) and array.shape[0] == count else array
 
     particles, others = without_others(state)
-    return with_others(jax.tree.map(sort, particles), others)
+    return with_others(mapped(sort, particles), others)
 
 
 def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:

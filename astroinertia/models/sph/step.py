@@ -8,8 +8,6 @@ is predicted for the end of the step, which makes them time-centred.
 from dataclasses import replace
 from typing import Any
 
-import jax
-
 from astroinertia.engines.elementwise import by_numpy
 from astroinertia.models.sph import points
 from astroinertia.models.sph.evaluate import evaluated
@@ -46,6 +44,8 @@ def advance(problem: Problem, arrangement: Arrangement, state: State, steps: int
         for _ in range(steps):
             state = step(problem, arrangement, state, state.rates.timestep)
         return state
+
+    import jax  # only here: numba's engine does without it
 
     def one(state: State, _: None) -> tuple[State, None]:
         return step(problem, arrangement, state, state.rates.timestep), None

@@ -5,12 +5,14 @@ import subprocess
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import pytest
 
 import astroinertia
-from astroinertia.engines.pytree import pytree
+from astroinertia.engines.pytree import mapped, named_leaves, pytree, with_leaves
 from astroinertia.matter.planetary import Murnaghan, Vinet
 
 
@@ -34,6 +36,30 @@ def test_values_pass_and_constants_are_part_of_the_structure():
     assert jax.tree.structure(Fruit(1.0, "pear")) != jax.tree.structure(Fruit(1.0, "apple"))
     ((path, _),) = jax.tree_util.tree_leaves_with_path(Fruit(1.0))
     assert jax.tree_util.keystr(path) == ".mass"
+
+
+class Pair(NamedTuple):
+    one: object
+    other: object
+
+
+TREE = Fruit({"b": [1.0, None], "a": (Pair(2.0, Fruit(3.0, "plum")),)}, "pear")
+
+
+def test_leaves_have_the_names_and_the_order_that_jax_gives_them():
+    """Checkpoints of older runs hold them under these."""
+    found = jax.tree_util.tree_leaves_with_path(TREE)
+    assert list(named_leaves(TREE).items()) == [(jax.tree_util.keystr(path), leaf) for path, leaf in found]
+
+
+def test_trees_are_rebuilt_as_jax_does():
+    doubled = mapped(lambda leaf: 2.0 * leaf, TREE)
+    assert doubled == jax.tree.map(lambda leaf: 2.0 * leaf, TREE) and jax.tree.structure(doubled) == jax.tree.structure(
+        TREE
+    )
+    assert with_leaves(TREE, named_leaves(doubled)) == doubled
+    with pytest.raises(KeyError, match="mass"):
+        with_leaves(Fruit(1.0), {})
 
 
 def test_no_class_is_registered_another_way():

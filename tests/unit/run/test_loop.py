@@ -2,6 +2,8 @@
 
 import io
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +85,16 @@ def test_the_line_of_such_a_run_names_the_plan() -> None:
     assert "step 230" in warned
     assert "WARNING: the plan was about 22.9 steps" in warned
     assert "WARNING" not in usual
+
+
+@pytest.mark.slow
+def test_particles_are_run_resumed_and_shown_without_jax(tmp_path: Path) -> None:
+    """To import it takes longer than what they would need of it."""
+    settings = [word for setting in [*PARTICLES, "time.max_steps=2"] for word in ("--set", setting)]
+    commands = [["run", str(SIMS / "evrard.toml"), *settings], ["resume", "--set", "time.max_steps=4"], ["show"]]
+    folder = str(tmp_path / "run")
+    for command, *rest in commands:
+        given = [command, *rest, "--output", folder] if command == "run" else [command, folder, *rest]
+        program = f"import sys; from astroinertia.cli.main import main; print(main({given!r}), 'jax' in sys.modules)"
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        assert done.stdout.splitlines()[-1] == "0 False", (command, done)
