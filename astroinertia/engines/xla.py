@@ -98,12 +98,8 @@ class Engine:
 
         Differentiable in position, mass and eta; zeta only with softening.
         """
-        position, mass, guess = jnp.asarray(position), jnp.asarray(mass), jnp.asarray(guess)
-        return Density(
-            *xla_density.density(
-                kernel, self.precision, tolerance, softening, arrangement, position, mass, guess, jnp.asarray(eta)
-            )
-        )
+        arrays = map(_of_its_type, (position, mass, guess, eta))
+        return Density(*xla_density.density(kernel, self.precision, tolerance, softening, arrangement, *arrays))
 
     def neighbour_sums(
         self,
@@ -145,7 +141,12 @@ def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Ar
         names |= {"velocity"} if "v_r" in scalars else set()
         names |= {name[:-2] for name in scalars if name[-2:] in ("_i", "_j") and name[:-2] in fields}
         names |= {output.of for output in term.outputs if output.of}
-    return {name: jnp.asarray(fields[name]) for name in sorted(names)}
+    return {name: _of_its_type(fields[name]) for name in sorted(names)}
+
+
+def _of_its_type(array: Array) -> Array:
+    """The same for JAX whether a number of Python made it (a weak type) or an array: one program for both."""
+    return jnp.asarray(array, dtype=jnp.asarray(array).dtype)
 
 
 @partial(jax.jit, static_argnames=("kernel", "precision", "terms", "virial"))

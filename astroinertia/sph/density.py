@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.pytree import pytree
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.errors import NumericalError
 from astroinertia.sph.fourth_order import smoothed
 from astroinertia.sph.kernels import KERNELS, OWN_SHARE_NEIGHBOURS, neighbour_number, self_excess
 
 
+@pytree
 @dataclass(frozen=True)
 class Density:
     """The fluid's, all (N,): smoothing lengths, rho and the factors of their gradients (engines.terms.Density).

@@ -26,7 +26,7 @@ from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged, stale
 from astroinertia.models.sph.state import Problem
-from astroinertia.models.sph.step import step as sph_step
+from astroinertia.models.sph.step import step
 from astroinertia.sph.kernels import KERNELS
 
 KERNEL = "wendland_c2"
@@ -82,20 +82,22 @@ def flops_of_gravity(lists: Any) -> float:
 def measure(
     particles: int, precision: str, force_error: float, steps: int, clock: Callable[[], float]
 ) -> dict[str, float]:
-    """Seconds of a step, of sorting and of gravity; bytes a particle and gravity's operations."""
+    """Seconds of the first state and step, which compile, of a step, of sorting, of gravity; bytes, and operations."""
     mass, position = evrard(particles)
     problem = problem_of(precision, force_error)
-    before = held_bytes()
+    before, begin = held_bytes(), clock()
     state, arrangement = initial_state(
         problem, mass, position, np.zeros_like(position), internal_energy=np.full(particles, 0.05)
     )
+    first_state = clock() - begin
     state, arrangement = rearranged(problem, state)
-    step = jax.jit(sph_step)
+    ready = clock()
 
     def advanced(arrangement: Any, state: Any) -> Any:
         return jax.block_until_ready(step(problem, arrangement, state, state.rates.timestep))
 
     state, times, sorts = advanced(arrangement, state), [], 0
+    first_step = clock() - ready
     for _ in range(steps):
         if stale(problem, arrangement, state):  # as in a run: lists that do not hold cost a pass over all pairs
             state, arrangement = rearranged(problem, state)
@@ -114,6 +116,8 @@ def measure(
     jax.block_until_ready(rearranged(problem, state))
     sorting = clock() - begin
     return {
+        "first state": first_state,
+        "first step": first_step,
         "step": min(times),
         "sorting": sorting,
         "sorts": max(sorts / steps, 1.0 / STEPS_BETWEEN_SORTS),
@@ -139,17 +143,18 @@ def main() -> None:
     kind = "processor time" if chosen.processor_time else "wall time"
     print(f"{jax.devices()[0].device_kind}, {kind}, force error {chosen.force_error:g}")
     print(
-        "| particles | precision | step, s | sorting, s | sorts a step | updates/s | gravity, s | share of peak "
-        "| bytes a particle |"
+        "| particles | precision | first state, s | first step, s | step, s | sorting, s | sorts a step "
+        "| updates/s | gravity, s | share of peak | bytes a particle |"
     )
-    print("|---" * 9 + "|")
+    print("|---" * 11 + "|")
     for precision in chosen.precision:
         for particles in numbers:
             found = measure(particles, precision, chosen.force_error, chosen.steps, clock)
             whole = found["step"] + found["sorting"] * found["sorts"]
             share = found["operations"] / found["gravity"] / chosen.peak
             print(
-                f"| {particles} | {precision} | {found['step']:.3g} | {found['sorting']:.3g} "
+                f"| {particles} | {precision} | {found['first state']:.3g} | {found['first step']:.3g} "
+                f"| {found['step']:.3g} | {found['sorting']:.3g} "
                 f"| {found['sorts']:.2f} | {particles / whole:.3g} "
                 f"| {found['gravity']:.3g} | {share:.2%} | {found['bytes']:.0f} |",
                 flush=True,

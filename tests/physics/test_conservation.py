@@ -36,14 +36,13 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
     start = prepare(load.load_file(path, settings)).evolution
     problem, state, arrangement = start.problem, start.state, start.arrangement
     first = series_record(problem, arrangement, state, None)
-    advance = jax.jit(step) if engine == "xla" else step
     largest_momentum, largest_spin = 0.0, 0.0
     mismatch, failing = first["virial_mismatch"], own_checks(problem, arrangement, state)
     record = first
     for number in range(1, steps + 1):
         if number % 16 == 1 or stale(problem, arrangement, state):
             state, arrangement = rearranged(problem, state)
-        state = advance(problem, arrangement, state, state.rates.timestep)
+        state = step(problem, arrangement, state, state.rates.timestep)
         speed = np.linalg.norm(np.asarray(state.velocity), axis=1)
         largest_momentum = max(largest_momentum, float(np.asarray(state.mass) @ speed))
         reach = np.linalg.norm(np.asarray(state.position), axis=1)

@@ -14,6 +14,7 @@ from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import PairTerm
 from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
+from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, exchange_of
 from astroinertia.models.sph.kick_drift import predicted
 from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
@@ -27,6 +28,7 @@ Array = Any
 Sums = dict[str, dict[str, Array]]
 
 
+@compiled
 def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Array) -> State:
     """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
     xp, before = problem.engine.xp, state.rates.fluid
@@ -87,6 +89,7 @@ def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = N
     return engine.listed(pairs, problem.kernel, state.position, state.smoothing_length, targets)
 
 
+@compiled
 def densities(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Density:
     """Smoothing lengths, densities and their gradient factors; densities of fourth order where an effect needs them."""
     softening = any(effect.needs_zeta for effect in problem.effects)
@@ -239,6 +242,7 @@ def effect_accelerations(xp: Any, rates: Rates) -> tuple[Array, ...]:
     )
 
 
+@compiled
 def virial_tensors(problem: Problem, arrangement: Arrangement, fluid: Fluid) -> dict[str, Array]:
     """V_e of every effect by its own route, (3, 3): in the pair loop, or from the effect's closed form.
 
@@ -257,6 +261,7 @@ def virial_tensors(problem: Problem, arrangement: Arrangement, fluid: Fluid) -> 
     return tensors
 
 
+@compiled
 def internal_energy(problem: Problem, state: State) -> Array:
     """sum m u at the present entropies, a scalar; zero where no pressure acts."""
     xp = problem.engine.xp
@@ -266,6 +271,7 @@ def internal_energy(problem: Problem, state: State) -> Array:
     return state.mass @ eos.internal_energy(xp, state.rates.fluid.density, state.entropy)
 
 
+@compiled
 def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
     """The potential energy of each effect that has one."""
     xp, fluid = problem.engine.xp, replace(state.rates.fluid, points=state.points)

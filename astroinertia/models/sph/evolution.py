@@ -66,11 +66,6 @@ class Particles:
         self.effects, self.base_step, self.note = problem.effect_names, base_step, ""
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
         self._split = base_step is not None  # whether the last step was of several intervals, or is not known
-        self._step = step
-        if problem.engine.name == "xla":
-            import jax  # only here: numba's engine does without it
-
-            self._step = jax.jit(step)
         self.evaluations = 0  # of a particle, since this object was made
 
     @property
@@ -115,7 +110,7 @@ class Particles:
                 self.evaluations += taken.evaluations
             else:
                 dt = towards(until - self.time, min(dt, longest))
-                self.state = self._step(self.problem, self.arrangement, self.state, np.float64(dt))
+                self.state = step(self.problem, self.arrangement, self.state, np.float64(dt))
                 self.evaluations += len(self.state.mass)
         self.check()
         if self.between is not None:

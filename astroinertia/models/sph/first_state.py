@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.ledger.moments import open_ledger
 from astroinertia.models.sph.evaluate import densities, evaluated
@@ -40,29 +41,30 @@ def initial_state(
     NumericalError where some particle cannot have a smoothing length, or the energy that it is given.
     """
     xp = problem.engine.xp
-    mass, position, velocity = xp.asarray(mass), xp.asarray(position), xp.asarray(velocity)
+    mass, position, velocity = np.asarray(mass), np.asarray(position), np.asarray(velocity)
     count = mass.shape[0]
     spread = float(((position - position.mean(axis=0)) ** 2).sum(axis=1).mean()) ** 0.5
     if problem.fixed_length is None:
-        refuse_without_length(problem.kernel, problem.eta, np.asarray(mass), spread)
-    guess = xp.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
+        refuse_without_length(problem.kernel, problem.eta, mass, spread)
+    guess = np.full(count, problem.eta * 2.0 * spread / count ** (1 / 3))
     nothing = (None,) * len(problem.effects)
     state = State(
-        time=xp.asarray(time, dtype=float),  # not a weak type of JAX, of which steps make a strong one
-        step=xp.zeros((), dtype=int),
-        identity=xp.arange(count),
+        time=np.asarray(time, dtype=float),
+        step=np.zeros((), dtype=int),
+        identity=np.arange(count),
         mass=mass,
         position=position,
-        remainder=xp.zeros_like(position),
+        remainder=np.zeros_like(position),
         velocity=velocity,
-        entropy=xp.asarray(internal_energy if entropy is None else entropy),
+        entropy=np.asarray(internal_energy if entropy is None else entropy),
         smoothing_length=guess,
-        memory={name: xp.asarray(array) for name, array in (memory or {}).items()},
-        ledger=open_ledger(xp, mass, position, velocity, len(problem.effects)),
-        rates=Rates(nothing, nothing, nothing, xp.zeros(count), xp.zeros(()), None),  # type: ignore[arg-type]
-        points=opened(xp, problem.effects, points),
-        material=None if material is None else xp.asarray(material, dtype=int),
+        memory={name: np.asarray(array) for name, array in (memory or {}).items()},
+        ledger=open_ledger(np, mass, position, velocity, len(problem.effects)),
+        rates=Rates(nothing, nothing, nothing, np.zeros(count), np.zeros(()), None),  # type: ignore[arg-type]
+        points=opened(np, problem.effects, points),
+        material=None if material is None else np.asarray(material, dtype=int),
     )
+    state = mapped(xp.asarray, state)
     for _ in range(2):  # the first lengths are a guess; particles are sorted again by the solved ones
         state, arrangement = rearranged(problem, state)
         solved = densities(problem, arrangement.pairs, state)

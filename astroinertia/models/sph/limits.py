@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.elementwise import added, by_numpy, elementwise
+from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.state import Problem, Rates
 from astroinertia.sph.fluid import Fluid
 from astroinertia.sph.kernels import KERNELS
@@ -25,6 +26,7 @@ FEW = 4  # steps to a time that is to be met, or fewer, are made equally long
 NONE = 1e-100  # rates below this, in code units, are no limit; dividing by its square does not overflow
 
 
+@compiled
 def timestep_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
     """The longest step of a whole body by each criterion, for each particle (N,) or for all: those by particles, and
     "contact" where effects act between neighbours.

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.pytree import mapped
 from astroinertia.ledger.moments import centre_of_mass, moments, weighted_outer
 from astroinertia.models.sph.evaluate import effect_accelerations, internal_energy, potential_energies, virial_tensors
 from astroinertia.models.sph.extent import extent
@@ -42,7 +43,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     second, mixed, kinetic = moments(mass, position, velocity)
     tensors = virial_tensors(problem, arrangement, fluid)
     virial = np.array([np.asarray(tensors[name]) for name in names]).reshape(-1, 3, 3)
-    accelerations = [np.asarray(a) for a in effect_accelerations(problem.engine.xp, state.rates)]
+    accelerations = effect_accelerations(np, mapped(np.asarray, state.rates))
     mismatch = [
         _ratio(
             np.abs(tensor - weighted_outer(mass, relative, a)).max(),

@@ -10,6 +10,7 @@ from typing import Any
 
 from astroinertia.engines.elementwise import by_numpy
 from astroinertia.models.sph import points
+from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.evaluate import evaluated
 from astroinertia.models.sph.heat import Heat
 from astroinertia.models.sph.kick_drift import change_by_rates, drift, kick
@@ -21,12 +22,13 @@ Array = Any
 def step(problem: Problem, arrangement: Arrangement, state: State, dt: Array) -> State:
     """One kick-drift-kick step of length dt."""
     state = half_kick(problem, state, dt / 2)
-    state = drift(problem.engine.xp, state, dt)
+    state = drifted(problem, state, dt)
     state = evaluated(problem, arrangement, state, dt)
     state = half_kick(problem, state, dt / 2)
     return replace(state, step=state.step + 1)
 
 
+@compiled
 def half_kick(problem: Problem, state: State, dt: Array) -> State:
     """All particles, and the points beside them, kicked over dt by the present rates."""
     xp, rates = problem.engine.xp, state.rates
@@ -36,6 +38,12 @@ def half_kick(problem: Problem, state: State, dt: Array) -> State:
     matter = problem.matter(state.material) if curved else None
     state = kick(xp, state, change, heat, rates.fluid.density, matter)
     return replace(state, points=points.pushed(xp, problem.effects, state.points, rates.fluid, dt))
+
+
+@compiled
+def drifted(problem: Problem, state: State, dt: Array) -> State:
+    """All particles after free motion over dt."""
+    return drift(problem.engine.xp, state, dt)
 
 
 def advance(problem: Problem, arrangement: Arrangement, state: State, steps: int) -> State:
