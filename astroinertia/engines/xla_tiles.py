@@ -12,7 +12,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from astroinertia.engines import devices, xla_pairs
+from astroinertia.engines import devices, xla_pairs, xla_sums
 from astroinertia.engines.terms import Output, PairTerm, arguments
 from astroinertia.engines.xla_lists import Tiles
 from astroinertia.engines.xla_places import Places
@@ -347,4 +347,6 @@ def virial_of(slope: Array, separation: list[Array], mass: tuple[Array, Array]) 
     """-1/2 sum_i sum_j m_i m_j s (x_i - x_j) (x) (x_i - x_j), six components, pair by pair: a route of its own."""
     weight = -0.5 * slope.astype(mass[0].dtype) * mass[0][:, :, None] * mass[1][:, None, :]
     d = [component.astype(mass[0].dtype) for component in separation]
-    return jnp.stack([(weight * d[a] * d[b]).sum() for a, b in AXES])
+    of_targets = xla_sums.sums([weight * d[a] * d[b] for a, b in AXES], 2)
+    # Of targets first: on a GPU one thread block would add up all pairs of a chunk, which are millions.
+    return jnp.stack([each.sum() for each in jax.lax.optimization_barrier(of_targets)])
