@@ -170,21 +170,21 @@ def snapshot_record(state: State) -> dict[str, Any]:
 def _profiles(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray) -> dict[str, Any]:
     # Shells of equal mass about the centre of mass; rotation about z.
     radius = np.linalg.norm(position, axis=1)
-    order = np.argsort(radius, kind="stable")
+    order = np.argsort(radius)
     share = np.cumsum(mass[order]) / mass.sum()
-    shell = np.minimum((share - 1e-9) * RADIUS_BINS, RADIUS_BINS - 1).astype(int)
-    m, x, v = mass[order], position[order], velocity[order]
+    shell = np.empty(len(mass), int)
+    shell[order] = np.minimum((share - 1e-9) * RADIUS_BINS, RADIUS_BINS - 1)
+    (x, y, _), (u, v, _) = position.T, velocity.T
 
     def total(values: np.ndarray) -> np.ndarray:
-        return np.bincount(shell, weights=values, minlength=RADIUS_BINS)
+        return np.bincount(shell, weights=mass * values, minlength=RADIUS_BINS)
 
-    weight = total(m)
+    weight = np.bincount(shell, weights=mass, minlength=RADIUS_BINS)
     weight = np.where(weight > 0, weight, np.nan)
-    spin = total(m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]))
-    moment = total(m * (x[:, 0] ** 2 + x[:, 1] ** 2))
+    spin, moment = total(x * v - y * u), total(x**2 + y**2)
     return {
-        "radius_profile": total(m * radius[order]) / weight,
-        "density_profile": total(m * density[order]) / weight,
+        "radius_profile": total(radius) / weight,
+        "density_profile": total(density) / weight,
         "rotation_profile": spin / np.where(moment > 0, moment, np.nan),
         "specific_angular_momentum_profile": spin / weight,
     }
@@ -194,15 +194,16 @@ def _modes(mass: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> dict
     # sum m exp(i k phi) / M about the z axis through the centre of mass, of all and of the ring; and how it turns.
     (x, y, _), (u, v, _) = position.T, velocity.T
     square = x**2 + y**2
-    phase, turning = np.arctan2(y, x), np.divide(x * v - y * u, square, out=np.zeros_like(square), where=square > 0)
-    waves = np.exp(1j * np.outer(MODES, phase))
+    turning = np.divide(x * v - y * u, square, out=np.zeros_like(square), where=square > 0)
+    wave = np.divide(x + 1j * y, np.sqrt(square), out=np.ones(len(mass), complex), where=square > 0)  # exp(i phi)
+    waves = np.cumprod([wave] * max(MODES), axis=0)[np.array(MODES) - 1]
     modes = waves @ mass / mass.sum()
     rates = 1j * np.array(MODES) * (waves @ (mass * turning)) / mass.sum()
     size = np.abs(modes) ** 2
     speed = np.divide(
         (modes.conj() * rates).imag, np.array(MODES) * size, out=np.full(len(MODES), np.nan), where=size > 0
     )
-    order = np.argsort(square, kind="stable")
+    order = np.argsort(square)
     share = np.cumsum(mass[order]) / mass.sum()
     inside = order[(share > RING[0]) & (share <= RING[1])]
     ring = waves[:, inside] @ mass[inside] / mass[inside].sum() if len(inside) else np.full(len(MODES), np.nan)

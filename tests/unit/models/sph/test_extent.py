@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.extent import enclosing, extent
+from astroinertia.models.sph.extent import _DIRECTIONS, _LAYER, _outer_radii, enclosing, extent
 
 AXES = np.array([1.3, 1.0, 0.6])
 
@@ -53,3 +53,17 @@ def test_masses_count_and_bodies_without_a_volume_have_no_ellipsoid() -> None:
     flat = np.random.default_rng(2).normal(size=(50, 3)) * [1.0, 1.0, 0.0]
     assert np.isnan(extent(np.ones(50), flat)["enclosing_ellipsoid"]).all()
     assert np.isnan(extent(np.ones(2), flat[:2])["enclosing_ellipsoid"]).all()
+
+
+@pytest.mark.parametrize("heavy", [1.0, 1e6])  # of a particle near the centre: the layer begins within the first block
+def test_radii_of_many_particles_are_those_of_plain_sums_over_all(heavy: float) -> None:
+    random = np.random.default_rng(5)
+    toward = random.normal(size=(3, 9000)) * np.array([[3.0], [2.0], [1.0]])
+    mass, level = random.uniform(0.5, 1.5, 9000), np.sort(random.exponential(size=9000))
+    toward /= np.linalg.norm(toward, axis=0)
+    mass[10] *= heavy
+    found = _outer_radii(mass, level, toward)
+    for way, radii in zip(_DIRECTIONS, found, strict=True):
+        counted = mass * (way @ toward) ** 8
+        middle = np.cumsum(counted) - 0.5 * counted
+        np.testing.assert_allclose(radii, np.interp(np.array(_LAYER) * counted.sum(), middle, level), rtol=1e-9)
