@@ -67,9 +67,10 @@ class Ledger:
 
 def weighted_outer(mass: Array, left: Array, right: Array) -> Array:
     """sum_n m_n left_n (x) right_n for (N,), (N, 3), (N, 3): (3, 3)."""
-    # Summed along the last axis, where numpy adds pairwise: the round-off of a plain sum has the same sign step after
-    # step in a body that hardly changes, and grows with the square of the time in the ledger.
-    return ((mass * left.T)[:, None, :] * right.T[None, :, :]).sum(axis=-1)
+    # Each component lies in one piece of memory, along which numpy adds pairwise: the round-off of a plain sum has the
+    # same sign step after step in a body that hardly changes, and grows with the square of the time in the ledger.
+    left, right = left.T.copy(), right.T.copy()
+    return ((mass * left)[:, None, :] * right[None, :, :]).sum(axis=-1)
 
 
 def centre_of_mass(mass: Array, vector: Array) -> Array:

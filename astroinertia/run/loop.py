@@ -81,6 +81,8 @@ class Progress:
     density_unit: str = ""
 
 
+TELLING = 0.05  # share of a run's time that goes into saying how far it is, at most
+PAUSES = (0.2, 5.0)  # seconds between two times that it is said: at least, and at most whatever that costs
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
@@ -219,7 +221,7 @@ class _Run:
         self.counters = dict(prepared.counters)
         self.opened = clock.monotonic()
         self.pace = Pace()
-        self.reported_at = -1e9
+        self.reported_at, self.telling = -1e9, 0.0  # up to when, and how long it took
         self.saved, self.saved_step = self.opened, self.body.steps
         self.could_stop, self.saving = self.opened, 0.0
         self.stopping: list[str] = []
@@ -427,27 +429,30 @@ class _Run:
         self.saving = self.saved - begin
 
     def _tell(self, force: bool) -> None:
-        if self.listener is None or (not force and clock.monotonic() - self.reported_at < 0.2):
+        pause = min(max(PAUSES[0], self.telling / TELLING), PAUSES[1])
+        if self.listener is None or (not force and clock.monotonic() - self.reported_at < pause):
             return
-        self.reported_at = clock.monotonic()
+        now = clock.monotonic()
         figures, units = self.body.figures(), code_units(self.archive.metadata)
         progress = Progress(
             time=self.body.time,
             end=self.output.end,
             step=self.body.steps,
-            wall_time=self.counters["wall_time"] + self.reported_at - self.opened,
+            wall_time=self.counters["wall_time"] + now - self.opened,
             energy_error=abs(figures.total_energy - self.counters["opening_energy"]) / figures.energy_scale,
             ledger_closure=figures.ledger_closure,
             density_max=float(units.to_si(figures.density_max, "density")),
             density_unit="" if units == DIMENSIONLESS else si_unit("density"),
             limited_by=_limited_by(figures, units),
-            to_go=self._to_go(),
+            to_go=self._to_go(now),
             planned_steps=self.archive.metadata["predicted_steps"] if self._off_plan() else math.nan,
         )
         try:
             self.listener(progress)
         except RunInterrupted as stopped:
             self.stopping.append(stopped.by)
+        self.reported_at = clock.monotonic()
+        self.telling = self.reported_at - now
 
     def _done(self) -> float:
         """The share of the run's work that is done, as it was predicted to go on with time."""
@@ -459,11 +464,11 @@ class _Run:
         planned = self.archive.metadata.get("predicted_steps", math.inf)
         return planned > 0.0 and self.body.steps > OFF_PLAN * planned
 
-    def _to_go(self) -> float:
+    def _to_go(self, now: float) -> float:
         if "predicted_evolution_time" not in self.archive.metadata:
             return math.nan  # most steps of a collapse lie in a small part of its time: its pace says little
         predicted = math.nan if self._off_plan() else self.archive.metadata["predicted_evolution_time"]
-        return self.pace.left(self.reported_at, self._done(), predicted)
+        return self.pace.left(now, self._done(), predicted)
 
 
 def in_si(error: NumericalError, units: CodeUnits) -> NumericalError:

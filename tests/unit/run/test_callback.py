@@ -14,6 +14,7 @@ import astroinertia
 from astroinertia import dataset
 from astroinertia.effects.particle_names import CENTRE_VELOCITY
 from astroinertia.errors import AbsentError, RunInterrupted, SceneError
+from astroinertia.run import loop
 from tests.sims import SIMS
 
 RADIUS = 7e8
@@ -297,3 +298,34 @@ def test_the_velocity_of_the_centre_is_momentum_over_mass(tmp_path: Path) -> Non
     states: list[Any] = []
     astroinertia.run_scene({**scene, "time": {"end": "4 h", "max_steps": 1}}, tmp_path / "run", callback=states.append)
     assert states[0].centre_of_mass_velocity.to_value("km/s") == pytest.approx([3.0, 0.0, 0.0], abs=1e-9)
+
+
+class Clock:
+    """Goes on by a little whenever it is looked at."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def monotonic(self) -> float:
+        self.now += 0.02
+        return self.now
+
+
+@pytest.mark.parametrize(
+    ("takes", "shortest", "longest"),
+    [(0.0, 0.2, 0.5), (0.05, 1.0, 1.6), (100.0, 5.0, 5.2)],  # seconds that one word takes, and between two
+)
+def test_what_a_run_says_takes_little_of_its_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, takes: float, shortest: float, longest: float
+) -> None:
+    clock, said = Clock(), []
+
+    def listener(_: Any) -> None:
+        said.append(clock.now)
+        clock.now += takes
+
+    monkeypatch.setattr(loop, "clock", clock)
+    scene = {**STAR, "time": {"end": "4 h", "max_steps": 200}, "output": {"checkpoint_seconds": 1e6}}
+    astroinertia.run_scene(scene, tmp_path / "run", listener)
+    pauses = np.diff(said)[:-1] - takes  # the last word comes at the end, whenever that is
+    assert len(pauses) > 1 and pauses.min() >= shortest - 0.1 and pauses.max() <= longest
