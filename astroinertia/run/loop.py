@@ -81,8 +81,8 @@ class Progress:
     density_unit: str = ""
 
 
-TELLING = 0.05  # share of a run's time that goes into saying how far it is, at most
-PAUSES = (0.2, 5.0)  # seconds between two times that it is said: at least, and at most whatever that costs
+TELLING = 0.05  # share of a run's time that goes into saying how far it is, at most, as long as the pauses allow it
+PAUSES = (0.2, 5.0)  # seconds of silence between two times that it is said: at least, and at most whatever that costs
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
