@@ -15,6 +15,12 @@ def sums(arrays: list[Array], axis: int = 0) -> list[Array]:
 
     Of twenty sums, as of a ledger, a million terms each: a fifth of the time, and half the time to compile (measured).
     """
+    return _reduced(arrays, axis)
+
+
+# Compiled by itself only where nothing around it is: a reduction by a function would be compiled at each call.
+@partial(jax.jit, static_argnames="axis", inline=True)
+def _reduced(arrays, axis):
     zeros = [array.dtype.type(0) for array in arrays]
     return list(jax.lax.reduce(arrays, zeros, lambda one, other: list(map(add, one, other)), dimensions=(axis,)))
 
