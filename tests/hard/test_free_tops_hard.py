@@ -56,7 +56,7 @@ def test_flips_from_next_to_the_intermediate_axis(size):
     moments, spin = [1.0, 2.0, 3.0], [size, 1.0, size]
     top = free_top.free_top(moments, spin)
     times = free_top.period(top) * np.array([0.05, 0.3, 0.9, 10.4])
-    assert_as_exact(moments, spin, times, digits=400, rtol=2e-13 if size < 1e-50 else 5e-15)
+    assert_as_exact(moments, spin, times, digits=400 if size < 1e-50 else 160, rtol=2e-13 if size < 1e-50 else 5e-15)
     # The time between flips grows as the logarithm of the offset: K = ln(4/k') with k'^2 = 2 size^2.
     expected = 4 * np.sqrt(3) * (np.log(4 / np.sqrt(2)) - np.log(size))
     assert free_top.period(top) == pytest.approx(expected, rel=2e-15)

@@ -18,6 +18,8 @@ each = pytest.mark.parametrize(
 )
 TILTED = (0.8, 0.1, -0.5, 0.3)
 TINY = 1e-12
+# Blows that never come, with which a body under a constant torque shares the program of one that is struck.
+NO_BLOWS = {"angular_momentum": [0.0, 0.0, 4.0], "time": 1e6, "frame": "body"}
 
 BODIES = {
     "needle that spins": ([TINY, 1.0, 1.0], [30.0, 0.4, 1.0]),
@@ -37,6 +39,12 @@ BODIES = {
 def _float64():
     with jax.enable_x64(True):
         yield
+
+
+def pushed(moments, turning, torque, settings, **struck):
+    """A body under a constant torque, which is struck where it is said when."""
+    blows = effect("impulses", **{**NO_BLOWS, **struck})
+    return under_way(moments, turning, effect("constant_torque", vector=torque), blows, settings=settings)
 
 
 @both
@@ -70,8 +78,7 @@ def test_a_tilted_needle_keeps_its_own_spin(settings):
 @each
 def test_a_spin_is_reversed_through_rest(settings):
     # Against a torque along the spin: L passes zero to round-off, and the body turns the other way.
-    run = under_way([1.0, 2.0, 2.5], [0.0, 0.0, 1.0], effect("constant_torque", vector=[0.0, 0.0, -0.5]),
-                    settings=settings)  # fmt: skip
+    run = pushed([1.0, 2.0, 2.5], [0.0, 0.0, 1.0], [0.0, 0.0, -0.5], settings)
     for time, rate in ((5.0, 0.0), (10.0, -1.0)):
         run.advance(time)
         assert spin(run) == pytest.approx([0.0, 0.0, rate], abs=1e-12)
@@ -81,8 +88,7 @@ def test_a_spin_is_reversed_through_rest(settings):
 @both
 def test_a_wobbling_body_is_braked_through_rest_in_general(settings):
     # L goes from +x to -x while the body tumbles: nothing singular on the way, and both halves account for energy.
-    run = under_way([1.0, 1.5, 2.0], [0.9, 0.1, 0.0], effect("constant_torque", vector=[-0.3, -0.05, 0.0]),
-                    settings=settings)  # fmt: skip
+    run = pushed([1.0, 1.5, 2.0], [0.9, 0.1, 0.0], [-0.3, -0.05, 0.0], settings)
     start = momentum(run)
     run.advance(6.0)
     assert momentum(run) == pytest.approx(start + 6.0 * np.array([-0.3, -0.05, 0.0]), abs=1e-12)
@@ -109,8 +115,7 @@ def test_next_to_the_separatrix_nothing_is_lost_but_the_phase(offset, settings):
 
 @each
 def test_a_spin_is_carried_across_the_separatrix_by_blows(settings):
-    blows = effect("impulses", angular_momentum=[0.0, 0.0, 4.0], time=7.0, frame="body")
-    run = under_way([1.0, 2.0, 3.0], [1.0, 0.3, 0.1], blows, settings=settings)
+    run = pushed([1.0, 2.0, 3.0], [1.0, 0.3, 0.1], [0.0, 0.0, 0.0], settings, time=7.0)
     about = []
     for k in range(1, 9):
         run.advance(5.0 * k)
@@ -120,11 +125,8 @@ def test_a_spin_is_carried_across_the_separatrix_by_blows(settings):
     assert about[0] == 1 and about[-1] == 3
 
 
-@both
-def test_a_body_at_rest_stays_as_it_is(settings):
-    run = under_way([1.0, 2.0, 2.5], np.zeros(3), effect("internal_dissipation", time_scale=1.0),
-                    effect("dipole_braking", period=1.0, period_derivative=0.1, speed_of_light=1.0),
-                    settings=settings, quaternion=TILTED)  # fmt: skip
+def assert_stays_as_it_is(settings, *effects):
+    run = under_way([1.0, 2.0, 2.5], np.zeros(3), *effects, settings=settings, quaternion=TILTED)
     before = attitude(run)
     run.advance(100.0)
     assert attitude(run) == pytest.approx(before, abs=1e-15) and not momentum(run).any()
@@ -132,8 +134,19 @@ def test_a_body_at_rest_stays_as_it_is(settings):
 
 
 @both
+def test_a_body_at_rest_stays_as_it_is(settings):
+    assert_stays_as_it_is(settings)
+
+
+@each
+def test_a_body_at_rest_with_effects_of_its_spin_stays_as_it_is(settings):
+    brake = effect("dipole_braking", period=1.0, period_derivative=0.1, speed_of_light=1.0)
+    assert_stays_as_it_is(settings, effect("internal_dissipation", time_scale=1.0, rate=1.0), brake)
+
+
+@both
 def test_a_torque_sets_a_body_at_rest_in_motion(settings):
-    run = under_way([1.0, 2.0, 2.5], np.zeros(3), effect("constant_torque", vector=[0.0, 0.01, 0.0]), settings=settings)
+    run = pushed([1.0, 2.0, 2.5], np.zeros(3), [0.0, 0.01, 0.0], settings)
     run.advance(10.0)
     assert attitude(run) == pytest.approx(rotation(np.array([0.0, 0.25, 0.0])).T, abs=1e-11)
 

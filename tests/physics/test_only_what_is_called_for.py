@@ -28,7 +28,7 @@ from astroinertia.models.sph.sorting import arranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
 from astroinertia.scene import load, plan
-from tests.pairs import PlainEngine
+from tests.pairs import BruteEngine
 
 ROOT = Path(__file__).parent.parent.parent
 SCENE = """
@@ -151,7 +151,7 @@ IMPORTS = """
     from astroinertia.models.sph.state import Problem
     from astroinertia.models.sph.step import step
     from astroinertia.scene import load, plan
-    from tests.pairs import PlainEngine
+    from tests.pairs import BruteEngine
     found = []
     def made():
         objects = Counter(map(type, gc.get_objects()))
@@ -164,7 +164,7 @@ IMPORTS = """
         scene = load.loads(text)
         plan.plan(scene)
         problem, _ = start_sph.problem_of(scene, plan.code_units(scene))
-        problem = replace(problem, engine=PlainEngine())
+        problem = replace(problem, engine=BruteEngine())
         random = np.random.default_rng(0).normal(size=(2, 24, 3))
         points = {}
         if "companions" in problem.effect_names:
@@ -212,7 +212,7 @@ def test_only_listed_effects_are_made_and_only_what_they_need_is_imported(backwa
 # The numba engine
 
 
-class Recorder(PlainEngine):
+class Recorder(BruteEngine):
     """Keeps what the model asks of its engine."""
 
     def __init__(self) -> None:
@@ -248,7 +248,8 @@ def started(listed: Any, engine: Any) -> tuple[Problem, Any, Any]:
     return problem, *initial_state(problem, np.ones(48) / 48, random[0], random[1], np.ones(48), points=beside)
 
 
-def generated(listed: Any) -> tuple[set[str], str, set[str]]:
+@cache
+def generated(listed: tuple[str, ...]) -> tuple[set[str], str, set[str]]:
     """Effects in the term lists, text and symbols of all that the numba engine generates for a scene's step."""
     engine = Recorder()
     problem, state, arrangement = started(listed, engine)
@@ -286,7 +287,7 @@ def test_the_generated_loops_have_nothing_of_an_effect_that_is_not_listed(kind: 
 def traced(listed: tuple[str, ...], compiled: bool) -> str:
     """The program of one step: as traced, with the scopes that its operations stand in, or as compiled."""
     with jax.enable_x64(True):
-        problem, state, arrangement = started(listed, PlainEngine())
+        problem, state, arrangement = started(listed, BruteEngine())
         engine = xla.Engine()
         _, pairs = engine.arrange(state.position, state.smoothing_length)
         problem = problem_of(listed, engine)

@@ -70,6 +70,8 @@ axes = [1.0, 1.0, 0.8]
 kind = "incompressible"
 [effects.gravity]
 [effects.pressure]
+[effects.shear_viscosity]
+kinematic_viscosity = 0.01
 [time]
 end = 2.0
 [output]
