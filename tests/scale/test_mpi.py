@@ -21,10 +21,9 @@ CLOUD = (
     "evrard", "body.particles=1500", "effects.gravity.method='multipole'", "numerics.precision='float64'",
     "output.checkpoint_seconds=0",
 )  # fmt: skip
-FEW = (*CLOUD, "time.max_steps=20")
 BLOCKS = (*CLOUD, "time.max_steps=3", "numerics.timesteps='individual'")
-STEPS = 48
-MORE = (*CLOUD, f"time.max_steps={STEPS}")
+STEPS = 32
+STEPPED = (*CLOUD, f"time.max_steps={STEPS}")
 
 
 def mpiexec():
@@ -72,29 +71,32 @@ def assert_same_runs(one, other):
     assert datasets[0].equals(datasets[1])
 
 
-@pytest.mark.parametrize("scene", [FEW, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
-def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene):
-    ended(started(tmp_path / "alone", scene))
-    said, _ = ended(several(2, tmp_path / "both", scene))
-    assert said.count("wrote") == 1
-    names = [sorted(path.name for path in (tmp_path / each).iterdir()) for each in ("alone", "both")]
-    assert names[0] == names[1]
-    assert_same_runs(tmp_path / "alone", tmp_path / "both")
-
-
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     """A run by one process that nothing happened to."""
     folder = tmp_path_factory.mktemp("undisturbed") / "run"
-    ended(started(folder, MORE))
+    ended(started(folder, STEPPED))
     return folder
+
+
+@pytest.mark.parametrize("scene", [STEPPED, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
+def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene, request):
+    if scene is STEPPED:
+        alone = request.getfixturevalue("undisturbed")
+    else:
+        ended(started(alone := tmp_path / "alone", scene))
+    said, _ = ended(several(2, tmp_path / "both", scene))
+    assert said.count("wrote") == 1
+    names = [sorted(path.name for path in each.iterdir()) for each in (alone, tmp_path / "both")]
+    assert names[0] == names[1]
+    assert_same_runs(alone, tmp_path / "both")
 
 
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="the processes are found in /proc")
 @pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.full)])
 def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path, undisturbed, number):
     folder = tmp_path / "stopped"
-    process = several(2, folder, MORE)
+    process = several(2, folder, STEPPED)
     under_way(folder, process)
     os.kill(processes_of(folder)[-1], number)  # one of the two
     begun = time.monotonic()
@@ -111,9 +113,9 @@ def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path,
 
 
 def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
-    _, complaints = ended(several(2, tmp_path / "run", (*FEW, "numerics.engine='xla'")), 2)
+    _, complaints = ended(several(2, tmp_path / "run", (*STEPPED, "numerics.engine='xla'")), 2)
     assert complaints.count("for xla run with --coordinator auto") == 2
-    _, complaints = ended(started(tmp_path / "run", FEW, OMPI_COMM_WORLD_SIZE="2"), 2)
+    _, complaints = ended(started(tmp_path / "run", STEPPED, OMPI_COMM_WORLD_SIZE="2"), 2)
     assert "MPI has started 2 processes, but mpi4py knows of 1" in complaints
     # One of the two has another kind of processor, or says so.
     text = "import sys; from astroinertia.engines import mpi; mpi.processor = lambda: 'other'; "

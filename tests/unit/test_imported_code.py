@@ -1,5 +1,6 @@
 """What a test's result depends on, found by reading: all modules that can run, and few that cannot."""
 
+import functools
 import subprocess
 import sys
 from pathlib import Path
@@ -105,18 +106,24 @@ DO_NOT = {
 }
 
 
+@functools.cache
+def as_it_is():
+    """The code that is here."""
+    return Code(ROOT)
+
+
+def with_more(text):
+    """The same with a text at the end of one file, which alone is read again."""
+    code = Code(ROOT, lambda name: (ROOT / name).read_bytes() + (text if name == CHANGED else b""))
+    code._files = {name: read for name, read in as_it_is()._files.items() if name != CHANGED}
+    return code
+
+
 def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others():
-    def digests(tests, more):
-        def read(name):
-            return (ROOT / name).read_bytes() + (more if name == CHANGED else b"")
-
-        code = Code(ROOT, read)
-        return {name: code.digest(name) for name in tests}
-
-    before, changed = (digests(DEPEND | DO_NOT, more) for more in (b"", b"\nTWO = 2\n"))
-    assert {name for name in before if changed[name] != before[name]} == DEPEND
-    only_said = digests(["tests/unit/gravity/test_multipole.py"], b"\n# Only said.\n")
-    assert only_said.items() <= before.items()
+    before = {name: as_it_is().digest(name) for name in DEPEND | DO_NOT}
+    changed, only_said = with_more(b"\nTWO = 2\n"), with_more(b"\n# Only said.\n")
+    assert {name for name in before if changed.digest(name) != before[name]} == DEPEND
+    assert only_said.digest("tests/unit/gravity/test_multipole.py") == before["tests/unit/gravity/test_multipole.py"]
 
 
 def test_what_a_run_of_the_command_line_imports_was_found(tmp_path):
@@ -129,4 +136,4 @@ def test_what_a_run_of_the_command_line_imports_was_found(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = {str(Path(line).relative_to(ROOT)) for line in done.stdout.splitlines() if line.endswith(".py")}
     assert len(loaded) > 100
-    assert loaded <= Code(ROOT).closure("astroinertia/cli/main.py")
+    assert loaded <= as_it_is().closure("astroinertia/cli/main.py")

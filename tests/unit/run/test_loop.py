@@ -91,10 +91,14 @@ def test_the_line_of_such_a_run_names_the_plan() -> None:
 def test_particles_are_run_resumed_and_shown_without_jax(tmp_path: Path) -> None:
     """To import it takes longer than what they would need of it."""
     settings = [word for setting in [*PARTICLES, "time.max_steps=2"] for word in ("--set", setting)]
-    commands = [["run", str(SIMS / "evrard.toml"), *settings], ["resume", "--set", "time.max_steps=4"], ["show"]]
     folder = str(tmp_path / "run")
-    for command, *rest in commands:
-        given = [command, *rest, "--output", folder] if command == "run" else [command, folder, *rest]
-        program = f"import sys; from astroinertia.cli.main import main; print(main({given!r}), 'jax' in sys.modules)"
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-        assert done.stdout.splitlines()[-1] == "0 False", (command, done)
+    commands = [
+        ["run", str(SIMS / "evrard.toml"), *settings, "--output", folder],
+        ["resume", folder, "--set", "time.max_steps=4"],
+        ["show", folder],
+    ]
+    program = f"import sys; from astroinertia.cli.main import main; commands = {commands!r}\n"
+    program += "for each in commands: print(f'\\n{each[0]} ended with', main(each), 'jax' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    ends = [line for line in done.stdout.splitlines() if "ended with" in line]
+    assert ends == [f"{command} ended with 0 False" for command, *_ in commands], done.stderr
