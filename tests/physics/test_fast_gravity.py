@@ -7,7 +7,7 @@ from astroinertia.models.sph.evaluate import virial_tensors
 from astroinertia.scene.load import load_file
 from tests.checks_of_effects import net_force, virial_mismatch
 
-COUNT, STEPS, FORCE_ERROR = 900, 2, 2e-4
+COUNT, STEPS, FORCE_ERROR = 3000, 3, 2e-4
 SCENE = [
     f"body.particles={COUNT}", 'body.placement="random"', "numerics.precision=float64",
     f"effects.gravity.force_error={FORCE_ERROR}",
