@@ -1,5 +1,6 @@
 """What every scene conserves and accounts for, step by step, whatever it lists."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,7 @@ end = 1.0
 """
 
 
+@cache
 def largest_energy_error(factor: float) -> float:
     """The largest relative energy error on the way to t = 1 with time-step factors scaled by `factor`."""
     start = prepared(SMOOTH, f"numerics.courant={0.4 * factor}", f"numerics.acceleration_factor={0.4 * factor}")
@@ -190,9 +192,9 @@ def largest_energy_error(factor: float) -> float:
 
 
 def test_the_energy_error_falls_with_the_square_of_the_step() -> None:
-    errors = [largest_energy_error(2.0**-k) for k in range(4)]
+    errors = [largest_energy_error(2.0**-k) for k in (1, 2, 3)]
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert np.all(np.abs(orders[-2:] - 2.0) <= 0.1), (errors, orders)
+    assert np.all(np.abs(orders - 2.0) <= 0.1), (errors, orders)
 
 
 def met(factor: float, every: float) -> tuple[float, int]:

@@ -24,9 +24,15 @@ SCENE = Path(__file__).parents[2] / "sims" / "homologous_collapse.toml"
 FEW = ("body.particles=300", "numerics.neighbours=80")
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Where bodies are kept that these tests have settled: each once, and none from before."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
+def own_cache(folder, monkeypatch):
+    monkeypatch.setenv("ASTROINERTIA_CACHE", str(folder))
 
 
 def collapsed(*settings: str) -> tuple[float, float]:

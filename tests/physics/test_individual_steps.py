@@ -52,7 +52,7 @@ def test_a_collapse_keeps_the_ledger_and_comes_to_the_same_shape(monkeypatch: py
     """
     ends_early, early = block_step._ends_early, []
     monkeypatch.setattr(block_step, "_ends_early", lambda *which: early.append(ends_early(*which)) or early[-1])
-    one, other = (advanced(start("body.particles=300", choice), 1.2, 0.1) for choice in (
+    one, other = (advanced(start("body.particles=200", choice), 1.2, 0.1) for choice in (
         "numerics.timesteps=individual", "numerics.timesteps=global"
     ))  # fmt: skip
     first, last = one[0], one[-1]

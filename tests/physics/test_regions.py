@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+from functools import cache
 
 import numpy as np
 import pytest
@@ -59,8 +60,15 @@ series_steps = 1
 COARSE = ("output.series_steps=7",)
 
 
-def run(folder, *settings):
-    return dataset.open(run_scene(load.loads(SCENE, settings), folder))
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The dataset of the scene with settings, each made once."""
+
+    @cache
+    def made(*settings):
+        return dataset.open(run_scene(load.loads(SCENE, settings), tmp_path_factory.mktemp("runs") / "run"))
+
+    return made
 
 
 @pytest.mark.parametrize(
@@ -72,12 +80,12 @@ def run(folder, *settings):
     ],
     ids=["every_step", "every_seventh", "individual"],
 )
-def test_change_of_a_region_is_what_acts_on_it_and_what_crosses_its_edge(tmp_path, settings):
+def test_change_of_a_region_is_what_acts_on_it_and_what_crosses_its_edge(run, settings):
     """Free motion leaves L alone, so that its change is that of effects and the flux row: an identity of the file.
 
     Q and I close through the ledger. Round-off is 1e-15 of the largest; 1e-12 leaves room for more steps.
     """
-    data = run(tmp_path / "run", *settings)
+    data = run(*settings)
     assert data["region_ledger_closure"].max() < 1e-13
     momentum = data["region_angular_momentum"].transpose("time", "region", "i").values
     impulse = data["region_mixed_impulse"].sum("effect").transpose("time", "region", "i", "j").values
@@ -127,8 +135,8 @@ def test_second_moments_of_a_region_follow_from_the_particles_kicked_and_drifted
         assert np.abs(change - matter - crossed).max() < 1e-14
 
 
-def test_a_region_of_everything_is_the_body(tmp_path):
-    data = run(tmp_path / "run").sel(region="everything")
+def test_a_region_of_everything_is_the_body(run):
+    data = run().sel(region="everything")
     for name in (
         "second_moment", "mixed_moment", "kinetic_tensor", "inertia_tensor", "angular_momentum", "angular_velocity",
         "mixed_impulse", "gravitational_energy", "rotational_to_gravitational", "mean_radius", "density_max",
@@ -141,8 +149,8 @@ def test_a_region_of_everything_is_the_body(tmp_path):
     assert not np.any(data["region_flux_mass"])
 
 
-def test_an_empty_region_is_reported_as_empty(tmp_path):
-    data = run(tmp_path / "run").sel(region="nothing")
+def test_an_empty_region_is_reported_as_empty(run):
+    data = run().sel(region="nothing")
     assert not np.any(data["region_mass"]) and not np.any(data["region_second_moment"])
     assert np.isnan(data["region_angular_velocity"]).all() and np.isnan(data["region_centre"]).all()
 

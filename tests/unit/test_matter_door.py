@@ -224,11 +224,11 @@ kind = "ideal"
 lengths = [1.0, {across}, {across}]
 [effects.pressure]
 [time]
-end = 0.5
+end = 0.3
 [output]
 series_steps = 1
 [numerics]
-max_timestep = 0.01
+max_timestep = 0.02
 kernel = "wendland_c6"
 neighbours = 250.0
 """
@@ -296,7 +296,9 @@ def test_an_ellipsoid_of_it_pulsates_as_its_equation_of_motion_says(logotrope, t
     ],
 )
 def test_energy_and_ledger_close(logotrope, tmp_path, setting) -> None:
-    scene = loads(NAMED, [setting, "time.end=0.1"], effects=[logotrope])
+    # Other tests have gravity and viscosity in xla, where a program is compiled for every matter.
+    text = NAMED.replace("[effects.gravity]\n[effects.viscosity]\n", "") if "xla" in setting else NAMED
+    scene = loads(text, [setting, "time.end=0.1"], effects=[logotrope])
     found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))
     assert float(abs(found.ledger_closure).max()) < 1e-13
     released = float(found.kinetic_energy[-1])

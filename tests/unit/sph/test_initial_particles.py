@@ -68,7 +68,7 @@ def test_ellipsoid_energy_of_a_maclaurin_spheroid():
 
 @pytest.mark.parametrize("placement", ["lattice", "glass", "random"])
 @pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.parametrize("count", [4, 157, 1000])
+@pytest.mark.parametrize("count", [4, 157, 500])
 def test_count_centre_and_moment(name, placement, count):
     profile = PROFILES[name]
     points = place(profile, count, placement, seed=3)
@@ -94,11 +94,11 @@ def _density(points):
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.slow
 def test_density_noise(name):
-    """Scatter about the profile inside; measured at 2000 particles: glass 0.6-1.8 %, lattice 0.4-2.7 %, random 40 %."""
+    """Scatter about the profile inside; measured at 2000: glass 0.6-1.8 %, lattice 0.4-2.7 %, random 40 %."""
     profile = PROFILES[name]
     noise = {}
     for placement in ("glass", "lattice", "random"):
-        points = place(profile, 2000, placement)
+        points = place(profile, 1200, placement)
         s = np.linalg.norm(points, axis=1)
         inside = (profile.enclosed(s) > 0.04) & (profile.enclosed(s) < 0.6)
         noise[placement] = (_density(points)[inside] / profile.density(s[inside])).std()
@@ -114,11 +114,11 @@ def test_sampling_error_of_the_moment_before_it_is_removed():
 
     profile = profiles.polytrope(1.5)
     errors = []
-    for count in (500, 4000):
+    for count in (500, 2000):
         points = glass(profile, count, 0)
         errors.append(abs((points**2).sum() / 3 / count / profile.second_moment - 1))
     assert errors[0] < 5e-5
-    assert errors[1] < errors[0] / 8
+    assert errors[1] < errors[0] / 4
 
 
 def test_a_glass_is_kept_and_a_broken_file_is_replaced():

@@ -15,7 +15,7 @@ MASSES, PLACES = np.array([3.0, 0.5]), np.array([[40.0, -30.0, 20.0], [-10.0, 25
 
 def seen(inertia, places=PLACES):
     companions = SimpleNamespace(mass=MASSES, position=lambda time: jnp.asarray(places))
-    moments = np.linalg.eigvalsh(inertia)
+    moments = jnp.linalg.eigvalsh(inertia)
     return SimpleNamespace(time=0.0, companions=companions, inertia=jnp.asarray(inertia), principal_moments=moments)
 
 
@@ -40,13 +40,15 @@ def attraction(mass, place, scale):
 def test_small_bodies_of_points_feel_it(points):
     mass, place = points
     errors = []
+
+    @jax.jit
+    def parts(inertia):
+        body, effect = seen(inertia), GravityGradient()
+        return effect.torque(body), effect.rigid_virial(body), effect.potential(body)
+
     for scale in (0.02, 0.01):
         with jax.enable_x64(True):
-            body = seen(inertia_tensor(mass, scale * place))
-            effect = GravityGradient()
-            torque, virial, energy = (
-                np.asarray(part(body)) for part in (effect.torque, effect.rigid_virial, effect.potential)
-            )
+            torque, virial, energy = (np.asarray(part) for part in parts(inertia_tensor(mass, scale * place)))
         whole, whole_energy = attraction(mass, place, scale)
         assert torque == pytest.approx([virial[1, 2] - virial[2, 1], virial[2, 0] - virial[0, 2],
                                         virial[0, 1] - virial[1, 0]], rel=1e-12)  # fmt: skip
@@ -70,8 +72,9 @@ def test_the_torque_is_the_slope_of_the_potential(points):
             companions = SimpleNamespace(mass=MASSES, position=lambda time: jnp.asarray(PLACES))
             return SimpleNamespace(time=0.0, companions=companions, inertia=tensor)
 
-        slope = jax.grad(turned)(jnp.zeros(3))
-        assert np.asarray(effect.torque(seen_by(inertia))) == pytest.approx(-np.asarray(slope), rel=1e-12)
+        slope = jax.jit(jax.grad(turned))(jnp.zeros(3))
+        torque = jax.jit(lambda tensor: effect.torque(seen_by(tensor)))(inertia)
+        assert np.asarray(torque) == pytest.approx(-np.asarray(slope), rel=1e-12)
 
 
 def test_companions_are_attracted_by_the_slope_of_the_potential(points):
@@ -82,12 +85,15 @@ def test_companions_are_attracted_by_the_slope_of_the_potential(points):
             companions = SimpleNamespace(mass=MASSES, position=lambda time: places)
             return SimpleNamespace(time=0.0, companions=companions, inertia=inertia)
 
-        places = jnp.asarray(PLACES)
-        forces = -jax.grad(lambda moved: GravityGradient().potential(at(moved)))(places)
-        found = MASSES[:, None] * quadrupole_attraction(at(places))
-        assert np.asarray(found) == pytest.approx(np.asarray(forces), rel=1e-12)
-        turned = jnp.cross(places, found).sum(axis=0)
-        assert np.asarray(turned) == pytest.approx(-np.asarray(GravityGradient().torque(at(places))), rel=1e-12)
+        @jax.jit
+        def slope_attraction_and_torque(places):
+            slope = jax.grad(lambda moved: GravityGradient().potential(at(moved)))(places)
+            return slope, quadrupole_attraction(at(places)), GravityGradient().torque(at(places))
+
+        slope, found, torque = (np.asarray(each) for each in slope_attraction_and_torque(jnp.asarray(PLACES)))
+    found = MASSES[:, None] * found
+    assert found == pytest.approx(-slope, rel=1e-12)
+    assert np.cross(PLACES, found).sum(axis=0) == pytest.approx(-torque, rel=1e-12)
 
 
 def test_a_sphere_and_a_body_alone_feel_nothing():
@@ -109,7 +115,7 @@ def test_a_small_swing_has_the_frequency_it_tells():
         return GravityGradient().torque(SimpleNamespace(time=0.0, companions=companions, inertia=tensor))[1]
 
     with jax.enable_x64(True):
-        stiffness = -float(jax.grad(torque)(0.0))
+        stiffness = -float(jax.jit(jax.grad(torque))(0.0))
         frequency = GravityGradient().frequency(
             SimpleNamespace(time=0.0, companions=companions, principal_moments=jnp.asarray(moments))
         )
