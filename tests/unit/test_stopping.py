@@ -188,7 +188,7 @@ ELLIPSOID = ["time.end=200.0", "output.series_every=200.0"]
 MOON = [
     "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=30 d", "output.series_every=30 d",
 ]  # fmt: skip
-CRAB = ['equation_of_state.kind="ideal"', "time.end=0.02 s", "output.series_every=0.02 s"]
+CRAB = ['equation_of_state.kind="ideal"', "time.end=0.005 s", "output.series_every=0.005 s"]
 BETWEEN = {
     "splitting": (
         TOP,

@@ -3,6 +3,7 @@
 That it holds on real ones is shown by tests/benchmarks/delivered.py, whose table is committed.
 """
 
+import functools
 import math
 import re
 import time
@@ -97,6 +98,18 @@ def runs(monkeypatch):
     return use
 
 
+@pytest.fixture(scope="module")
+def real(tmp_path_factory):
+    """Choices by runs that are made, each of them once."""
+
+    @functools.cache
+    def chosen(text, settings, accuracy):
+        scene = load.loads(text, (*settings, f"accuracy={accuracy}"))
+        return choice.choose(scene, tmp_path_factory.mktemp("pilots"))
+
+    return chosen
+
+
 def particles(accuracy, *more):
     return load.loads(TOY_STAR, (*QUIET, f"accuracy={accuracy}", *more))
 
@@ -162,8 +175,8 @@ def test_more_is_stated_than_was_asked_for_and_the_choice_says_why(runs, tmp_pat
     assert again.scene.body.particles > found.scene.body.particles
 
 
-def test_nothing_more_is_said_where_no_more_is_stated(tmp_path):
-    found = choice.choose(load.loads(TOP, ("accuracy=1e-4",)), tmp_path)
+def test_nothing_more_is_said_where_no_more_is_stated(real):
+    found = real(TOP, (), 1e-4)
     assert found.settings.bar <= 1e-4
     assert "stated" not in found.scene.choice
 
@@ -282,8 +295,8 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
     [(TOY_STAR, (*QUIET, "model='sph'"), 0.05), (ELLIPSOID, (), 1e-5), (TOP, (), 1e-4)],
     ids=["sph", "ellipsoid", "rigid"],
 )
-def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, text, settings, accuracy):
-    found = choice.choose(load.loads(text, (*settings, f"accuracy={accuracy}")), tmp_path)
+def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, real, text, settings, accuracy):
+    found = real(text, settings, accuracy)
     names = tuple(parsed(name) for name in default_names(found.scene))
     run = measuring.measure(found.scene, names, tmp_path / "run")
     numerics = found.scene.numerics

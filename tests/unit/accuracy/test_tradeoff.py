@@ -58,14 +58,26 @@ class Formula:
         return Measured(values, names, seconds, seconds, seconds, 0.0, 1e8, 10)
 
 
-@pytest.fixture
-def formula(monkeypatch):
+@pytest.fixture(scope="module")
+def answer():
     from astroinertia.accuracy.exact import exact
 
-    answer = exact(load.loads(SCENE.replace("[effects.viscosity]", "")))
+    return exact(load.loads(SCENE.replace("[effects.viscosity]", "")))
+
+
+@pytest.fixture
+def formula(monkeypatch, answer):
     found = Formula(answer)
     monkeypatch.setattr(measuring, "_measured", found)
     return found
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, answer):
+    """The study of the scene as it stands, which tests only read."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measuring, "_measured", Formula(answer))
+        return study(tmp_path_factory.mktemp("study"))
 
 
 def study(folder, minutes=60.0, only=KNOBS, text=SCENE):
@@ -77,8 +89,8 @@ def sources(found):
     return judged, {source.knob.name: source for source in judged.sources}
 
 
-def test_sources_of_error_are_separated_with_their_orders(formula, tmp_path):
-    judged, found = sources(study(tmp_path))
+def test_sources_of_error_are_separated_with_their_orders(whole):
+    judged, found = sources(whole)
     assert "DOP853" in judged.reference.source
     particles, timestep = found["particles"], found["timestep_factor"]
     assert particles.law.order == pytest.approx(2.0, abs=0.1)
@@ -100,8 +112,8 @@ def test_another_source_limits_where_it_is_the_larger(formula, tmp_path):
     assert found["particles"].law.order == pytest.approx(2.0, abs=0.05)  # from differences, for errors do not show it
 
 
-def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(formula, tmp_path):
-    found = study(tmp_path)
+def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(whole):
+    found = whole
     judged, _ = sources(found)
     together = [setting for setting in found.measured if setting.knob == "balanced"]
     assert together and any(setting in judged.front for setting in together)
@@ -112,8 +124,8 @@ def test_balanced_settings_are_cheaper_than_the_ladder_at_the_same_error(formula
         assert found.measured[setting].cpu_time < 0.6 * same.cpu_time
 
 
-def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(formula, tmp_path):
-    text = "\n".join(table.conclusions(study(tmp_path)))
+def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(whole):
+    text = "\n".join(table.conclusions(whole))
     assert "limited by the particles" in text
     assert "(theory 2)" in text
     assert "the next digit costs" in text
@@ -173,10 +185,9 @@ def test_a_failed_run_is_a_result_with_its_sentence(formula, tmp_path):
     assert np.isnan(data["error"].sel(setting="timestep factor 2")).all()
 
 
-def test_the_file_explains_itself_and_is_drawn(formula, tmp_path):
-    found = study(tmp_path)
-    data = table.read(table.write(found))
-    assert data.sizes["setting"] == len(found.measured)
+def test_the_file_explains_itself_and_is_drawn(whole):
+    data = table.read(table.write(whole))
+    assert data.sizes["setting"] == len(whole.measured)
     assert data["order"].sel(knob="timestep_factor").item() == pytest.approx(2.0, abs=1e-3)
     for name, variable in data.data_vars.items():
         assert variable.attrs["long_name"], name

@@ -25,7 +25,6 @@ from astroinertia.bodies.layered import constant_layers, linear_layers, polynomi
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "layered.json").read_text())
 TWO_LAYERS = [entry for entry in REFERENCE if entry["name"] == "two_layer_clairaut"]
 PREM = next(entry for entry in REFERENCE if entry["name"] == "PREM")
-DEGREES = (2, 3, 5, 8)
 SOME = (2, 5, *(pytest.param(degree, marks=pytest.mark.full) for degree in (3, 8)))  # each is compiled for itself
 
 
@@ -114,18 +113,18 @@ def test_collocation_agrees_with_radaus_equation(degree):
 def test_more_steps_converge_with_the_order_of_gauss():
     body = linear_layers([1.0], [1.0], [0.0])
     exact = love_number(body, 8, 40)
-    errors = [abs(float(love_number(body, 8, steps) / exact - 1)) for steps in (2, 3, 4)]
+    errors = [abs(float(love_number(body, 8, steps) / exact - 1)) for steps in (2, 4)]
     assert errors[0] > 1e-9 and abs(float(love_number(body, 8) / exact - 1)) < 1e-12
-    assert math.log(errors[0] / errors[2]) / math.log(2) > 10  # 8 nodes: order 16 in the end
+    assert math.log(errors[0] / errors[1]) / math.log(2) > 10  # 8 nodes: order 16 in the end
 
 
 @pytest.mark.slow
-def test_constant_layers_are_exact_by_either_way():
+@pytest.mark.parametrize("degree", SOME)
+def test_constant_layers_are_exact_by_either_way(degree):
     radii, densities = [0.1, 0.4, 0.9, 1.0], [9.0, 3.0, 5.0, 1.0]
     by_matrix = constant_layers(radii, densities)
     by_collocation = linear_layers(radii, densities, densities)
-    for degree in DEGREES:
-        assert love_number(by_matrix, degree) == pytest.approx(love_number(by_collocation, degree, 1), rel=1e-14)
+    assert love_number(by_matrix, degree) == pytest.approx(love_number(by_collocation, degree, 1), rel=1e-14)
 
 
 @pytest.mark.slow

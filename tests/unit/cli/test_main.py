@@ -186,8 +186,10 @@ def test_a_closed_pipe_is_no_error(elsewhere):
 def test_a_scene_runs_resumes_and_shows(elsewhere, capsys, monkeypatch):
     import xarray
 
+    from astroinertia.cli import show
     from astroinertia.plots import pictures
 
+    monkeypatch.setattr(show, "cores", lambda: 1)  # pictures by two processes are those of test_show.py
     monkeypatch.setattr(pictures, "FIGURES", {"inertia": pictures.FIGURES["inertia"]})  # all are drawn in test_plots.py
     settings = ["body.particles=64", "body.relax=false", "body.placement=lattice", "time.max_steps=3"]
     main(["new", "star.toml"])

@@ -337,8 +337,12 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     pyplot.close("all")
 
 
-def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(monkeypatch, capsys):
-    monkeypatch.chdir(ROOT)  # nothing is written
+def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(tmp_path, monkeypatch, capsys):
+    """With fewer records than the scene has, on which they do not depend."""
+    (tmp_path / "sims").mkdir()
+    core = (ROOT / "sims" / "core_to_pulsar_scaling.toml").read_text()
+    (tmp_path / "sims" / "core_to_pulsar_scaling.toml").write_text(core.replace('"1 ms"', '"10 ms"'))
+    monkeypatch.chdir(tmp_path)
     space = {"astroinertia": astroinertia}
     shown = [code for code in blocks(SHOWN["sweeps.md"], "python") if "astroinertia.gradient" in code]
     for code in shown:

@@ -12,7 +12,7 @@ from astroinertia.sweeps.gradient import members
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
 from tests.sims import SIMS
 
-CORE = SIMS / "core_to_pulsar_scaling.toml"
+CORE = astroinertia.load(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=10 ms"])
 TOP = {
     "name": "top",
     "model": "rigid",
@@ -25,6 +25,7 @@ TOP = {
     },
     "effects": {"constant_torque": {"vector": ["0.5 N m", "0 N m", "0.1 N m"], "frame": "body"}},
     "time": "0.2 s",
+    "output": {"series_every": "0.2 s", "snapshot_every": "0.2 s"},
 }
 ASTEROID = {
     "name": "asteroid",
@@ -38,6 +39,7 @@ ASTEROID = {
     },
     "effects": {"internal_dissipation": {"time_scale": "3 d"}},
     "time": "1 d",
+    "output": {"series_every": "1 d", "snapshot_every": "1 d"},
 }
 STAR = {
     "name": "star",
@@ -55,6 +57,7 @@ STAR = {
     "equation_of_state": {"kind": "ideal", "gamma": 1.6},
     "effects": ["gravity", "pressure"],
     "time": 3.0,
+    "output": {"series_every": 3.0, "snapshot_every": 3.0},
 }
 MOON = {
     **ASTEROID,
@@ -116,7 +119,7 @@ SERIES = ("inertia_tensor", "angular_velocity", "angular_momentum", "rotational_
 
 
 def scene(tables):
-    return astroinertia.Scene(**tables) if isinstance(tables, dict) else astroinertia.load(tables)
+    return astroinertia.Scene(**tables) if isinstance(tables, dict) else tables
 
 
 FULL = [pytest.param(name, marks=pytest.mark.full) for name in ("top", "star", "gas of the star", "gas", "cloud")]

@@ -10,7 +10,8 @@ from astroinertia.sweeps.ensemble import run_sweep
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
 from tests.sims import SIMS
 
-CORE = SIMS / "core_to_pulsar_scaling.toml"
+FILE = SIMS / "core_to_pulsar_scaling.toml"
+CORE = astroinertia.load(FILE, ["output.series_every=10 ms"])
 
 
 def answers(scene, by, folder, step=0.01):
@@ -47,6 +48,7 @@ def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
         "equation_of_state": {"kind": "ideal", "gamma": "5/3"},
         "effects": ["gravity"],
         "time": "40 ms",
+        "output": {"series_every": "4 ms"},
     }
     base, slopes = answers(tables, ["body.mass", "body.radius"], tmp_path, step=0.02)
     inertia, rate = (base[name].sel(i="z", j="z").values[1:] for name in ("inertia_tensor", "inertia_rate"))
@@ -75,7 +77,7 @@ def test_what_tells_nothing_is_refused(by, step, sentence):
 
 
 def test_a_key_that_is_zero_is_refused():
-    scene = astroinertia.load(CORE, ["body.index=0.0"])
+    scene = astroinertia.load(FILE, ["body.index=0.0"])
     with pytest.raises(SceneError, match=r"'body\.index' is 0"):
         sensitivity_sweep(scene, ["body.index"])
 
@@ -83,7 +85,7 @@ def test_a_key_that_is_zero_is_refused():
 def test_the_command_refuses_the_frequency_of_a_series(tmp_path, capsys):
     """The frequency of a derivative is not the derivative of a frequency."""
     words = ["--by", "body.mass", "--of", "frequency of inertia_tensor z z", "--output", str(tmp_path / "runs")]
-    assert main(["sensitivity", str(CORE), *words]) == 2
+    assert main(["sensitivity", str(FILE), *words]) == 2
     assert "a frequency has no sensitivity here" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
 
