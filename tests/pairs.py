@@ -112,9 +112,3 @@ class BruteEngine:
 
     def all_pair_sums(self, arrangement, kernel, terms, fields, virial=False):
         return pair_sums(terms, fields, kernel, all_pairs=True, virial=virial)
-
-
-class PlainEngine(BruteEngine):
-    """The same beside loops over particles that are not compiled either, which takes long for many effects at once."""
-
-    xp = SimpleNamespace(**vars(np))

@@ -125,9 +125,12 @@ def members(scene: Scene, by: Sequence[str], until: float | None = None) -> xr.D
                 if number not in series:
                     described = metadata(scenes[number], units) | model_description(body.evolution)
                     series[number] = dataset.headline(stacked(rows, "record"), described)
+    followed = [series[number] for number in range(len(scenes))]
+    if len({data.sizes["frequency"] for data in followed}) > 1:  # waves of some are too faint for a spectrum
+        followed = [data.drop_dims("frequency") for data in followed]
     data = xr.concat(
-        [series[number] for number in range(len(scenes))], "member", data_vars="all", coords="minimal",
-        compat="override", combine_attrs="override", join="override",
+        followed, "member", data_vars="all", coords="minimal", compat="override", combine_attrs="override",
+        join="override",
     )  # fmt: skip
     values: Any = {}
     for place, key in enumerate(by):

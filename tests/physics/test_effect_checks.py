@@ -32,7 +32,7 @@ from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
 from tests import checks_of_effects as checks
-from tests.pairs import PlainEngine
+from tests.pairs import BruteEngine
 
 PARTICLES = 120
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -149,7 +149,7 @@ def checked(problem: Problem, state: Any, arrangement: Any, virials: Any = None,
 @cache
 def plain() -> tuple[Problem, Any, Any, dict[str, Any]]:
     """What `at_first` gives of all effects by the sums over all pairs, and the recorded virial tensors."""
-    problem, state, arrangement = at_first(PlainEngine(), effects())
+    problem, state, arrangement = at_first(BruteEngine(), effects())
     return problem, state, arrangement, virial_tensors(problem, arrangement, state.rates.fluid)
 
 
@@ -160,7 +160,7 @@ COMPILED = [pytest.param(engine, marks=pytest.mark.full) for engine in ("numba_c
 @pytest.mark.parametrize("engine", ["brute", *COMPILED])
 def test_every_effect_passes_its_checks(engine: str) -> None:
     with jax.enable_x64(True):
-        made = {"brute": PlainEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()
+        made = {"brute": BruteEngine, "numba_cpu": numba_cpu.Engine, "xla": xla.Engine}[engine]()
         found = checked(*at_first(made, effects()))
         assert [check.effect for check in found] == list(OPTIONS)
         assert checks.failing(found) == {}, found
@@ -176,7 +176,7 @@ def exact_changes() -> dict[str, float]:
     cloud, listed = particles(), tuple(e for e in effects() if e.kind in POTENTIAL)
     with jax.enable_x64(True):
         # The plain engine makes the state: outside the one program that is wanted, xla compiles hundreds of small ones.
-        plain, problem = problem_of(PlainEngine(), listed), problem_of(xla.Engine(), listed)
+        plain, problem = problem_of(BruteEngine(), listed), problem_of(xla.Engine(), listed)
         state, _ = initial_state(
             plain, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(plain)
         )
@@ -191,7 +191,7 @@ def exact_changes() -> dict[str, float]:
 
 
 def potential_found(listed: tuple[Any, ...]) -> Any:
-    cloud, problem = particles(), problem_of(PlainEngine(), listed)
+    cloud, problem = particles(), problem_of(BruteEngine(), listed)
     state, _ = initial_state(
         problem, cloud.mass, cloud.position, 0 * cloud.velocity, cloud.entropy, None, beside(problem)
     )
@@ -288,7 +288,7 @@ PAIRS = {
 def test_a_pair_force_that_is_not_antisymmetric_is_named(kind: str) -> None:
     place, term, output = PAIRS[kind]
     broken = with_broken(kind, **{place: (one_sided(term, output),)})
-    found = checks.failing(checked(*at_first(PlainEngine(), broken)))
+    found = checks.failing(checked(*at_first(BruteEngine(), broken)))
     assert set(found) == {kind}, found
     expected = "dissipation" if kind == "conduction" else "net_force"
     assert expected in found[kind]
@@ -328,14 +328,14 @@ def test_a_wrong_sign_in_the_softening_term_is_named() -> None:
 def test_a_wrong_sign_in_a_viscous_force_is_named(kind: str) -> None:
     place, term, _ = PAIRS[kind]
     broken = with_broken(kind, **{place: (flipped(term),)})
-    assert checks.failing(checked(*at_first(PlainEngine(), broken))) == {kind: ("dissipation",)}
+    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("dissipation",)}
 
 
 @pytest.mark.parametrize("kind", ["damping", "rotating_frame"])
 def test_a_wrong_sign_in_a_drag_matrix_is_named(kind: str) -> None:
     true = catalogue.build(kind, OPTIONS[kind])
     broken = with_broken(kind, drag=lambda fluid: -true.drag(fluid))
-    assert checks.failing(checked(*at_first(PlainEngine(), broken))) == {kind: ("virial",)}
+    assert checks.failing(checked(*at_first(BruteEngine(), broken))) == {kind: ("virial",)}
 
 
 def test_a_figure_that_is_not_a_number_fails() -> None:

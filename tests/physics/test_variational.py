@@ -19,7 +19,7 @@ from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.sph.kernels import KERNELS
-from tests.pairs import PlainEngine
+from tests.pairs import BruteEngine
 
 COUNT = 90
 OPTIONS = {
@@ -72,7 +72,7 @@ def energy_and_force(problem, kind):
     differentiates.
     """
     mass, position, velocity, entropy = body()
-    plain = replace(problem, engine=PlainEngine())
+    plain = replace(problem, engine=BruteEngine())
     opening = initial_state(plain, mass, position, velocity, entropy)[0]
     opening = replace(opening, smoothing_length=1.1 * opening.smoothing_length)
     opening = replace(opening, rates=replace(opening.rates, fluid=None), memory={})

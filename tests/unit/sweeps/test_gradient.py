@@ -167,6 +167,13 @@ def test_a_gradient_is_in_the_units_of_the_scene_and_at_the_time_that_is_named()
     assert float(early.gradient[0]) == pytest.approx(2.0 * float(early.value) / 1500.0)
 
 
+def test_members_of_which_some_have_waves_too_faint_for_a_spectrum_have_a_gradient():
+    scene = astroinertia.load(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=0.1 s"])
+    assert "frequency" not in members(scene, ["body.radius"]).sizes
+    answer = astroinertia.gradient(scene, of="inertia_tensor.zz", by=["body.radius"])
+    assert answer.gradient.values[0] * 1500 == pytest.approx(2.0 * answer.value.values, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("body", "wanted"), [(STAR, 0.8), pytest.param(GAS, 0.45, marks=pytest.mark.full)], ids=["ellipsoid", "particles"]
 )
