@@ -92,6 +92,7 @@ def test_collapse_experiment():
     assert_written_is(source, found)
 
 
+@pytest.mark.full
 def test_planetary_moment_ratios():
     names = ["by_hand", "prem_ratio", "identity", "spread", "radau", "from_precession", "core_density"]
     source = by_name("planetary_moment_ratios")
