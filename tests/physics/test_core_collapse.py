@@ -96,7 +96,7 @@ def without_electrons(name, zones):
 def test_a_core_that_loses_electrons_leaves_a_smaller_inner_core_the_smaller_the_stronger_gravity():
     """Liebendoerfer's fits on 60 zones: 0.59 solar masses in relativistic gravity, 0.72 in Newton's.
 
-    With its electrons and gamma_1 = 1.325 it leaves 1.05. Their electron fraction at the centre is the fit's last.
+    With its electrons and gamma_1 = 1.325 it leaves 1.06. Their electron fraction at the centre is the fit's last.
     """
     relativistic, newton = without_electrons("G15", 60), without_electrons("N13", 60)
     keeping = spherical_bounce(EXPONENTS["G1"], 60, 0.095)

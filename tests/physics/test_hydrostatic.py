@@ -35,7 +35,7 @@ def murnaghan():
 def test_the_exact_compressible_planet_is_met_and_fast(murnaghan):
     material, radius, central, (mass, moment) = murnaghan
     errors = []
-    for steps in (1, 12):
+    for steps in (1, 4):
         found = planet_from_masses([mass], [material], gravitational_constant=G, steps=steps)
         errors.append(abs(float(found.mean_moment / moment - 1)))
         assert found.mean_radius == pytest.approx(radius, rel=1e-11)
@@ -175,4 +175,4 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(NumericalError, match="2 steps a layer are too few"):
         planet_from_masses([10 * EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=2)
     with pytest.raises(NumericalError, match="beyond what the materials"):
-        planet_from_masses([1e4 * EARTH_MASS], [IRON_HCP], gravitational_constant=G)
+        planet_from_masses([100 * EARTH_MASS], [PEROVSKITE], gravitational_constant=G)
