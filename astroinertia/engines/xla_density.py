@@ -81,6 +81,7 @@ def solved(
         margin = jnp.where(jnp.abs(step) > LONGEST, CLIPPED, -rounding)
         outside = (newton < low * (1.0 + margin)) | (newton > high * (1.0 - margin))
         new = jnp.where(outside, jnp.sqrt(low * jnp.minimum(high, 1e300)), newton)
+        new = jnp.minimum(new, arrangement.longest)
         change = jnp.log(new / h)
         # To first order in the change, which is below the tolerance in the end.
         sums = sums * (1.0 + slope * change)[:, None]

@@ -64,7 +64,8 @@ class Reach:
 class Arrangement:
     """Tiles for neighbours, and for near and far pairs of leaves.
 
-    position (N, 3), smoothing_length (N,): what they were made for.
+    position (N, 3), smoothing_length (N,): what they were made for. longest (N,): smoothing lengths are not solved for
+    beyond these, which are infinite but for a caller that looks whether any has come there (`Engine.held`).
     """
 
     neighbours: Tiles
@@ -72,6 +73,7 @@ class Arrangement:
     far: Tiles
     position: Any
     smoothing_length: Any
+    longest: Any
     reach: Reach = field(metadata={"static": True})
 
 
@@ -100,6 +102,7 @@ def arrange(
         far=far,
         position=jnp.asarray(position),
         smoothing_length=jnp.asarray(smoothing_length),
+        longest=jnp.full(len(position), jnp.inf),
         reach=margins,
     )
 

@@ -44,7 +44,7 @@ def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
         grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
     state, lost = _without(problem, state, taken)
     state = replace(state, points={**state.points, "sinks": replace(grown, removed=sinks.removed + lost)})
-    state, arrangement = rearranged(problem, state)
+    state, arrangement = rearranged(problem, state, np.float64(0.0))
     state = _evaluated(problem, arrangement, state)
     heat = before - energy_budget(problem, state)["total"]
     grown = state.points["sinks"]

@@ -97,7 +97,8 @@ class Particles:
 
     def advance(self, until: float) -> None:
         """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`."""
-        dt, longest = self.begin(), self.longest
+        longest = self.longest
+        dt = self.begin(until, longest)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
                 try:
@@ -109,8 +110,7 @@ class Particles:
                 self.note, self._split = str(taken), taken.ends > 1
                 self.evaluations += taken.evaluations
             else:
-                dt = towards(until - self.time, min(dt, longest))
-                self.state = step(self.problem, self.arrangement, self.state, np.float64(dt))
+                self.state, self.arrangement = self._step(dt)
                 self.evaluations += len(self.state.mass)
         self.check()
         if self.between is not None:
@@ -122,16 +122,27 @@ class Particles:
 
         rehearse(*rearranged(self.problem, self.state), self.problem, self.base_step)
 
-    def begin(self) -> float:
-        """Sort particles where it is due; how long a step the state allows. NumericalError where that is none."""
-        if self.resumable or self._stale():
-            self.state, self.arrangement = rearranged(self.problem, self.state)
-        dt = float(self.state.rates.timestep)
-        if not dt > SMALLEST_STEP * self.end:
-            if math.isnan(dt):
+    def begin(self, until: float, longest: float) -> np.float64:
+        """The length of the coming step, which particles are sorted for where it is due.
+
+        NumericalError where the state allows no step.
+        """
+        allowed = float(self.state.rates.timestep)
+        if not allowed > SMALLEST_STEP * self.end:
+            if math.isnan(allowed):
                 raise self._diagnosis("the time step is not a number, for the state is no longer finite")
-            raise self._too_short(f"the time step fell to {dt:.2e} of a run of {self.end:.2e}")
+            raise self._too_short(f"the time step fell to {allowed:.2e} of a run of {self.end:.2e}")
+        dt = np.float64(towards(until - self.time, min(allowed, longest)))
+        if self.resumable or stale(self.problem, self.arrangement, self.state, dt):
+            self.state, self.arrangement = rearranged(self.problem, self.state, dt)
         return dt
+
+    def _step(self, dt: np.float64) -> tuple[State, Any]:
+        if hasattr(self.problem.engine, "outgrown"):
+            from astroinertia.models.sph.listed_step import listed_step  # only here: numba lists within the step
+
+            return listed_step(self.problem, self.arrangement, self.state, dt)
+        return step(self.problem, self.arrangement, self.state, dt), self.arrangement
 
     def check(self) -> None:
         """NumericalError where a step has left numbers."""
@@ -174,9 +185,6 @@ class Particles:
         place = float(limit["timestep_limit_radius"]), float(limit["timestep_limit_density"])
         at = None if np.isnan(place[0]) else place
         return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, name, at, self.note)
-
-    def _stale(self) -> bool:
-        return stale(self.problem, self.arrangement, self.state)
 
     def _too_short(self, what: str) -> NumericalError:
         """What limits the step, and where, as long as everything is still a number."""

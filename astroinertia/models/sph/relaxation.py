@@ -200,7 +200,7 @@ def _descend(
     centre = _centre(state)
     size, reach = _size(state), float(np.linalg.norm(np.asarray(state.position) - centre, axis=1).max())
     move, since = np.zeros_like(state.position), 0
-    report = None
+    report, still = None, np.float64(0.0)
     for step in range(max_steps + 1):
         forces = _forces(problem, state, centre, rotation, infall)
         moved = np.linalg.norm(_centre(state) - centre) / size
@@ -218,14 +218,14 @@ def _descend(
         state = replace(state, position=state.position + move)
         if infall is not None:
             state = replace(state, position=centre + (state.position - centre) * (size / _size(state)))
-        if step % _STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state):
+        if step % _STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state, still):
             before = np.asarray(state.identity)
-            state, arrangement = rearranged(problem, state)
+            state, arrangement = rearranged(problem, state, still)
             order = np.asarray(state.identity)
             back = np.empty_like(before)
             back[before] = np.arange(len(before))
             move = move[back[order]]
-        state = evaluated(problem, arrangement, state, np.float64(0.0))
+        state = evaluated(problem, arrangement, state, still)
     assert report is not None
     if not report.growth < APART:
         gone = np.linalg.norm(np.asarray(state.position) - centre, axis=1) > FAR * reach

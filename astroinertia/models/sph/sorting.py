@@ -11,9 +11,16 @@ from astroinertia.models.sph.state import Arrangement, Problem, State
 Array = Any
 
 
-def rearranged(problem: Problem, state: State) -> tuple[State, Any]:
-    """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation."""
-    order, pairs = problem.engine.arrange(coming_position(problem, state), state.smoothing_length)
+def rearranged(
+    problem: Problem, state: State, dt: Array | None = None, length: Array | None = None
+) -> tuple[State, Any]:  # fmt: skip
+    """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation.
+
+    dt: the length of the coming step; as long as is allowed unless given. length: other smoothing lengths than those
+    that particles have, (N,), to list neighbours with.
+    """
+    length = state.smoothing_length if length is None else length
+    order, pairs = problem.engine.arrange(coming_position(problem, state, dt), length)
     state = in_order(state, order)
     return state, arranged(problem, pairs, state)
 
@@ -35,14 +42,14 @@ def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:
     return Arrangement(pairs, {kind: own for kind, own in made.items() if own is not None})
 
 
-def stale(problem: Problem, arrangement: Arrangement, state: State) -> bool:
-    """Whether sorting particles again pays."""
-    return problem.engine.stale(arrangement.pairs, coming_position(problem, state), state.smoothing_length)
+def stale(problem: Problem, arrangement: Arrangement, state: State, dt: Array | None = None) -> bool:
+    """Whether sorting particles again pays, before a step of the length dt."""
+    return problem.engine.stale(arrangement.pairs, coming_position(problem, state, dt), state.smoothing_length)
 
 
-def coming_position(problem: Problem, state: State) -> Array:
-    """Where particles will be when a step of the allowed length evaluates the forces, (N, 3)."""
-    xp, dt = problem.engine.xp, state.rates.timestep
+def coming_position(problem: Problem, state: State, dt: Array | None = None) -> Array:
+    """Where particles will be when a step evaluates the forces, (N, 3); it is of the allowed length unless given."""
+    xp, dt = problem.engine.xp, state.rates.timestep if dt is None else dt
     if state.rates.fluid is None:
         return state.position
     velocity, _ = predicted(xp, state, dt / 2)
