@@ -73,7 +73,6 @@ class Conduction(Effect):
 
     coefficient: Any = 1.0
     signal: str = field(default="relative_velocity", metadata={"static": True})
-
     limiter: str = field(default="none", metadata={"static": True})
 
     kind: ClassVar[str] = "conduction"
