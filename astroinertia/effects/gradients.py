@@ -9,6 +9,7 @@ Functions of one particle take matrices as three rows (engines/elementwise.py).
 from typing import Any, NamedTuple
 
 from astroinertia.engines.elementwise import elementwise
+from astroinertia.engines.terms import Output, PairTerm
 
 
 class Separation(NamedTuple):
@@ -28,6 +29,17 @@ class Symmetric(NamedTuple):
     xy: Any
     xz: Any
     yz: Any
+
+
+def gradient_pair(xp, dW_i):
+    """Weights of the moment matrix and of the velocity gradient."""
+    return dW_i, dW_i
+
+
+def velocity_gradient(effect: str) -> PairTerm:
+    """The term of an effect that asks for the two sums of `linear_gradient` of the velocity."""
+    outputs = (Output("position", "outer", of="position"), Output("velocity", "outer", of="velocity"))
+    return PairTerm(effect, gradient_pair, outputs)
 
 
 def along(xp, ij: Separation, matrix: Symmetric):
@@ -109,6 +121,13 @@ def curl_size(xp, matrix):
     squared = (z[1] - y[2]) ** 2 + (x[2] - z[0]) ** 2 + (y[0] - x[1]) ** 2
     flowing = squared > 0.0  # a square root has no derivative at 0
     return xp.where(flowing, xp.sqrt(xp.where(flowing, squared, 1.0)), 0.0)
+
+
+def converging_share(xp, flow, sound_speed, h):
+    """d^2/(d^2 + |curl v|^2 + (1e-4 c/h)^2), d = div v: 1 where the flow converges or expands, 0 where it turns."""
+    divergence, curl = trace(xp, flow), curl_size(xp, flow)
+    noise = 1e-4 * sound_speed / h + 1e-30
+    return divergence**2 / (divergence**2 + curl**2 + noise**2)
 
 
 def strain(xp, matrix):

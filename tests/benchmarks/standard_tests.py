@@ -49,6 +49,12 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     "integral": ('effects.pressure.gradients="integral"',),
     "trace-free": ('effects.viscosity.stress="trace_free"',),
     "both": ('effects.pressure.gradients="integral"', 'effects.viscosity.stress="trace_free"'),
+    "limited": (
+        'effects.pressure.gradients="integral"',
+        'effects.viscosity.stress="trace_free"',
+        'effects.viscosity.limiter="reconstruction"',
+        'effects.conduction.limiter="shear"',
+    ),
 }
 ROOM = {"sedov": 9.0}  # reaches of the kernel that SWIFT's box must have: those of the blown-out middle are wide
 SMALL = 1.0  # time until which the linear solution of the shear layers is compared with
@@ -143,7 +149,8 @@ L1 errors, mean |f - f_exact| over the largest |f_exact|; of kelvin_helmholtz th
 linear theory up to t = 1; of keplerian_disc the mean relative change of particles' angular momenta in two orbits.
 Quartic spline with 60 neighbours, viscosity with a constant alpha of 1 and guarded reconstruction, and else the
 defaults of viscosity and conduction, for all of them; "integral" has gradients = "integral" of the pressure besides,
-"trace-free" stress = "trace_free" of the viscosity, "both" has both.
+"trace-free" stress = "trace_free" of the viscosity, "both" has both. "limited" is "both" with limiter = "shear" of the
+conduction, and limiter = "reconstruction" of the viscosity, which is its default.
 
 SWIFT: commit 8a8f0d794, scheme SPHENIX (density and energy, with conduction of its own), quartic spline with 60
 neighbours, its examples' Courant number, measured here from the same particles (standard_swift.py). In bold what a
@@ -199,6 +206,7 @@ def picture(rows: dict[str, Any], path: Path) -> None:
             ("integral", "^-", "here, integral gradients"),
             ("trace-free", "v-", "here, trace-free stress"),
             ("both", "d-", "here, both"),
+            ("limited", "*-", "here, limited"),
             ("swift", "s--", "SWIFT, SPHENIX"),
         ):
             found = _rows(rows, problem, who)

@@ -77,7 +77,7 @@ TRACES = {
     "pressure": r"pressure_pair|pressure_weight|out_pressure|curved_pair|curvature",
     "viscosity": r"(?<!shear_)(?<!kinematic_)viscosity|gradient_pair|trend_pair|reconstructed_pair|guarded_pair|"
     r"strain_",
-    "conduction": r"conduction|relative_velocity_pair|pressure_jump_pair",
+    "conduction": r"conduction|relative_velocity_pair|shear_limited_pair|pressure_jump_pair",
     "shear_viscosity": r"shear_viscosity|kinematic_viscosity",
     "deleptonisation": r"deleptonisation|lepton_",
 }

@@ -9,12 +9,14 @@ from astroinertia.effects.gradients import (
     Separation,
     Symmetric,
     along,
+    converging_share,
     curl_size,
     linear_gradient,
     shear,
     strain,
     trace,
     trace_of_square,
+    velocity_gradient,
 )
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import braked
@@ -116,11 +118,6 @@ def share(xp, mine, other):
     return square / (square + other * other)
 
 
-def gradient_pair(xp, dW_i):
-    """Weights of the moment matrix and of the velocity gradient."""
-    return dW_i, dW_i
-
-
 def trend_pair(xp, v_r, W_i, dW_i, sound_speed_i, sound_speed_j, viscosity_trend_j):
     """Weights of the acceleration gradient and of the signs of div v around, and the signal velocity."""
     return dW_i, viscosity_trend_j * W_i, 0.5 * (sound_speed_i + sound_speed_j) - xp.minimum(v_r, 0.0)
@@ -135,11 +132,7 @@ RECONSTRUCTED = PairTerm("viscosity", reconstructed_pair, VISCOSITY.outputs)
 GUARDED = PairTerm("viscosity", guarded_pair, VISCOSITY.outputs)
 TRACE_FREE = PairTerm("viscosity", trace_free_pair, VISCOSITY.outputs)
 GUARDED_TRACE_FREE = PairTerm("viscosity", guarded_trace_free_pair, VISCOSITY.outputs)
-VELOCITY_GRADIENT = PairTerm(
-    "viscosity",
-    gradient_pair,
-    (Output("position", "outer", of="position"), Output("velocity", "outer", of="velocity")),
-)
+VELOCITY_GRADIENT = velocity_gradient("viscosity")
 TREND = PairTerm(
     "viscosity",
     trend_pair,
@@ -187,9 +180,7 @@ def balsara_coefficients(xp, sound_speed, alpha, beta, h, moment, velocity_sum, 
 def reconstructed_coefficients(xp, sound_speed, alpha, beta, h, moment, velocity_sum, least):
     """The same for reconstructed flows, which need their strain rates as well."""
     flow = linear_gradient(xp, moment, velocity_sum)
-    divergence, curl = trace(xp, flow), curl_size(xp, flow)
-    noise = 1e-4 * sound_speed / h + 1e-30
-    spared = divergence**2 / (divergence**2 + curl**2 + noise**2)
+    spared = converging_share(xp, flow, sound_speed, h)
     linear, quadratic = coefficients(xp, sound_speed, least + (alpha - least) * spared, beta)
     xx, yy, zz, xy, xz, yz = strain(xp, flow)
     return linear, quadratic, xx, yy, zz, xy, xz, yz

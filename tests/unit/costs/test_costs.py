@@ -427,7 +427,7 @@ def test_steps_at_rest_are_those_of_sound_where_particles_see_it_densest():
 def test_effects_that_have_a_pass_over_gradients_are_those_of_which_one_is_predicted():
     choices = [("pressure", {}), ("pressure", {"order": "fourth"}), ("pressure", {"gradients": "integral"}),
                ("viscosity", {}), ("viscosity", {"switch": "none"}), ("conduction", {}),
-               ("viscosity", {"switch": "none", "limiter": "none"}),
+               ("conduction", {"limiter": "shear"}), ("viscosity", {"switch": "none", "limiter": "none"}),
                ("shear_viscosity", {"kinematic_viscosity": 0.1})]  # fmt: skip
     for kind, options in choices:
         entry = CATALOGUE[kind]

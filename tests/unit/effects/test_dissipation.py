@@ -15,6 +15,7 @@ from astroinertia.build.assemble import prepare
 from astroinertia.effects import catalogue
 from astroinertia.effects.gradients import curl_size, gradient, shear, trace
 from astroinertia.effects.kinds.viscosity import isotropic_part
+from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
 from astroinertia.errors import SceneError
 from astroinertia.matter.cold_matter import Hybrid
@@ -24,6 +25,7 @@ from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.limits import limiting, particle_limits
 from astroinertia.models.sph.step import step
 from astroinertia.scene.load import loads
+from astroinertia.sph.kernels import KERNELS
 from tests.ball import ball, state_of
 from tests.pairs import pair_sums
 
@@ -303,11 +305,11 @@ def test_guarded_reconstruction_trusts_linear_flow_no_nearer_than_the_spacing() 
     assert np.all(np.diff(share) < 1e-12)
 
 
-@pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
-def test_conduction_moves_heat_downhill_and_keeps_its_sum(signal: str) -> None:
+@pytest.mark.parametrize("options", [{}, {"limiter": "shear"}, {"signal": "pressure_jump"}], ids=str)
+def test_conduction_moves_heat_downhill_and_keeps_its_sum(options: dict[str, Any]) -> None:
     position, random = ball(), np.random.default_rng(6)
     hot = position[:, 0] > 0
-    effect = catalogue.build("conduction", {"signal": signal})
+    effect = catalogue.build("conduction", options)
     _, state, _ = state_of(
         catalogue.build("pressure"),
         effect,
@@ -333,6 +335,47 @@ def test_conduction_leaves_a_body_at_rest_alone() -> None:
         entropy=entropy,
     )
     assert np.all(state.rates.fluid.sums["conduction"]["heating"] == 0)
+
+
+def conducted(velocity: np.ndarray, position: np.ndarray, engine: Any = None, **options: Any) -> np.ndarray:
+    """What particles gain of conduction, in their own order, in a ball whose one half is hot."""
+    effects = catalogue.build("pressure"), catalogue.build("conduction", options)
+    entropy = np.where(position[:, 0] > 0, 2.0, 0.5)
+    _, state, _ = state_of(*effects, position=position, velocity=velocity, entropy=entropy, engine=engine)
+    return np.asarray(state.rates.fluid.sums["conduction"]["heating"])[np.argsort(state.identity)]
+
+
+def test_the_shear_limiter_spares_streams_that_slide_past_each_other_and_not_what_converges() -> None:
+    """Gradients are exact in linear flows: no heat is exchanged in a shear, and as much as without the limiter where
+    all converges. A flow that converges as fast as it turns, d = -1 and |curl v| = 1, exchanges half of that.
+    """
+    position = ball()
+    stream = position[:, [1]] * [0.0, 0.0, 1.0]
+    plain, limited = (np.abs(conducted(stream, position, limiter=name)).max() for name in ("none", "shear"))
+    assert limited < 1e-12 * plain
+    inward = -position
+    assert conducted(inward, position, limiter="shear") == pytest.approx(conducted(inward, position), rel=1e-5)
+    both = stream - position / 3.0
+    assert conducted(both, position, limiter="shear") == pytest.approx(0.5 * conducted(both, position), rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_shear_limiter_is_the_same_in_both_engines() -> None:
+    """Rounding apart, on flows of which the limiter leaves between nothing and all."""
+    position, random = ball(), np.random.default_rng(6)
+    velocity = random.normal(size=position.shape) + position[:, [1]] * [0.0, 0.0, 3.0]
+    found = [conducted(velocity, position, limiter="shear")]
+    with jax.enable_x64(True):
+        engines = numba_cpu.Engine("float64"), xla.Engine("float64", support=KERNELS["cubic"].support)
+        found += [conducted(velocity, position, engine, limiter="shear") for engine in engines]
+    assert np.abs(found[0]).max() > 1e-2
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-9, atol=1e-12)
+
+
+def test_the_shear_limiter_is_for_relative_velocities() -> None:
+    with pytest.raises(ValueError, match='limiter = "shear" is for signal = "relative_velocity"'):
+        catalogue.build("conduction", {"limiter": "shear", "signal": "pressure_jump"})
 
 
 @pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
@@ -375,6 +418,7 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
         ("viscosity", {"limiter": "guarded_reconstruction"}),
         ("viscosity", {"limiter": "guarded_reconstruction", "stress": "trace_free"}),
         ("conduction", {}),
+        ("conduction", {"limiter": "shear"}),
         ("conduction", {"signal": "pressure_jump"}),
     ):
         effect = catalogue.build(kind, options)
