@@ -106,6 +106,10 @@ def _of_particles(problem: Any) -> Places:
     engine = type(problem.engine)
     passes: Places = {(engine, name): DENSITY for name in ("density", "listed") if hasattr(engine, name)}
     sorting: Places = {(evolution, name): SORTING for name in ("rearranged", "stale")}
+    if hasattr(engine, "outgrown"):
+        from astroinertia.models.sph import listed_step  # only here: numba lists within the step
+
+        sorting[listed_step, "rearranged"] = SORTING
     own: Places = {
         (type(effect), name): effect.kind
         for effect in problem.effects
