@@ -33,9 +33,11 @@ def advance(body: Particles, four: Sequence[Particles], step: float, until: floa
         beside = [(one.problem, in_order(one.state, _order(one.state.identity, known))) for one in four]
         (by_problem, along), jump = variational.slopes(beside, step)
         while body.time < until * (1.0 - MET):
-            dt = min(body.begin(), body.longest)
+            longest = body.longest
+            body.begin(until, longest)
+            longest = min(float(body.state.rates.timestep), longest)
             along = in_order(along, _order(known, body.state.identity))
-            known, parts = body.state.identity, steps_left(until - body.time, dt)
+            known, parts = body.state.identity, steps_left(until - body.time, longest)
             body.state, along = _stepped(
                 (body.problem, by_problem), body.arrangement, (body.state, along), until, parts, body.free_fall_factor
             )
