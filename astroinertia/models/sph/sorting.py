@@ -49,8 +49,8 @@ def stale(problem: Problem, arrangement: Arrangement, state: State, dt: Array | 
 
 def coming_position(problem: Problem, state: State, dt: Array | None = None) -> Array:
     """Where particles will be when a step evaluates the forces, (N, 3); it is of the allowed length unless given."""
-    xp, dt = problem.engine.xp, state.rates.timestep if dt is None else dt
     if state.rates.fluid is None:
         return state.position
-    velocity, _ = predicted(xp, state, dt / 2)
-    return elementwise(xp, moved, state.position, state.remainder, velocity, dt)[0]
+    xp, step = problem.engine.xp, state.rates.timestep if dt is None else dt
+    velocity, _ = predicted(xp, state, step / 2)
+    return elementwise(xp, moved, state.position, state.remainder, velocity, step)[0]
