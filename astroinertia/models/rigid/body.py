@@ -114,21 +114,39 @@ def spin_in_body(body: Rigid, time: Array, m: Array) -> Array:
     """
     if body.deformability is None:
         return m * body.inverse / size(body, time)
-    stiffening = jnp.zeros_like(m[0])
-    for _ in range(_NEWTON_STEPS):
-        inertia = body.moments + stiffening
-        square, slope = jnp.sum((m / inertia) ** 2), -2.0 * jnp.sum(m**2 / inertia**3)
-        error = stiffening - 2.0 / 3.0 * body.deformability * square
-        stiffening = stiffening - error / (1.0 - 2.0 / 3.0 * body.deformability * slope)
-    return m / (body.moments + stiffening)
+    return m / (body.moments + _stiffening(body.moments, body.deformability, m))
 
 
-def inertia_in_body(body: Rigid, time: Array, m: Array) -> Array:
-    """The inertia tensor (3, 3) in the principal axes of the body at rest."""
+@jax.custom_jvp
+def _stiffening(moments: Array, deformability: Array, m: Array) -> Array:
+    """2/3 D omega^2, by which rotation raises all moments."""
+
+    def nearer(_: int, stiffening: Array) -> Array:
+        excess, slope = _excess(moments, deformability, m, stiffening)
+        return stiffening - excess / slope
+
+    return jax.lax.fori_loop(0, _NEWTON_STEPS, nearer, jnp.zeros_like(m[0]), unroll=True)
+
+
+@_stiffening.defjvp
+def _stiffening_rate(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    # What solves f(x, s) = 0 follows x with ds = -(df/dx) dx / (df/ds): Newton's steps need not be differentiated.
+    stiffening = _stiffening(*primals)
+    (_, slope), (growth, _) = jax.jvp(lambda *given: _excess(*given, stiffening), primals, tangents)
+    return stiffening, -growth / slope
+
+
+def _excess(moments: Array, deformability: Array, m: Array, stiffening: Array) -> tuple[Array, Array]:
+    """How much a stiffening exceeds that by the rotation which it allows, and the rate at which that grows with it."""
+    inertia, share = moments + stiffening, 2.0 / 3.0 * deformability
+    return stiffening - share * jnp.sum((m / inertia) ** 2), 1.0 + 2.0 * share * jnp.sum(m**2 / inertia**3)
+
+
+def inertia_in_body(body: Rigid, time: Array, spin: Array) -> Array:
+    """The inertia tensor (3, 3) in the principal axes of the body at rest, at a spin (3,)."""
     inertia = jnp.diag(body.moments) * size(body, time)
     if body.deformability is None:
         return inertia
-    spin = spin_in_body(body, time, m)
     return inertia + body.deformability * (jnp.outer(spin, spin) - jnp.sum(spin**2) / 3.0 * jnp.eye(3))
 
 
@@ -140,7 +158,8 @@ def rotational_energy(body: Rigid, time: Array, m: Array) -> Array:
 def view(body: Rigid, time: Array, quaternion: Array, m: Array, momentum: Array) -> View:
     """The body as its effects see it."""
     principal = attitude_of_quaternion(quaternion)
-    inertia = inertia_in_body(body, time, m)
+    spin = spin_in_body(body, time, m)
+    inertia = inertia_in_body(body, time, spin)
     return View(
         time=time,
         mass=body.mass,
@@ -149,7 +168,7 @@ def view(body: Rigid, time: Array, quaternion: Array, m: Array, momentum: Array)
         principal_moments=body.moments * size(body, time),
         inertia=principal.T @ inertia @ principal,
         angular_momentum=momentum,
-        angular_velocity=in_space(quaternion, spin_in_body(body, time, m)),
+        angular_velocity=in_space(quaternion, spin),
         companions=body.companions,
     )
 

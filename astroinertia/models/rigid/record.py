@@ -138,7 +138,7 @@ def dissipates(effect: Any) -> bool:
 
 
 def _second_moment(body: Rigid, time: Array, m: Array) -> Array:
-    return second_moment_from_inertia(rigid.inertia_in_body(body, time, m))
+    return second_moment_from_inertia(rigid.inertia_in_body(body, time, rigid.spin_in_body(body, time, m)))
 
 
 def _virial(effect: Any, seen: Any) -> Array:
