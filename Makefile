@@ -27,6 +27,8 @@ export JAX_COMPILATION_CACHE_DIR ?= $(CURDIR)/.cache/jax
 export JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS ?= 0.3
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.cache/numba
 export ASTROINERTIA_CACHE ?= $(CURDIR)/.cache/astroinertia
+# Tests start hundreds of processes, which read bytecode if it is kept (empty: it is, whatever the caller's shell says).
+export PYTHONDONTWRITEBYTECODE :=
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_CONSTRAINT := $(CURDIR)/.ci/constraints.txt
 
