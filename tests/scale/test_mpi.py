@@ -14,6 +14,7 @@ import astroinertia
 from astroinertia.engines import mpi
 from astroinertia.engines.together import ALONE
 from astroinertia.errors import SceneError
+from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.storage.archive import Archive
 from tests.scale.commands import ROOT, begun, ended, started
 
@@ -22,7 +23,7 @@ CLOUD = (
     "output.checkpoint_seconds=0",
 )  # fmt: skip
 BLOCKS = (*CLOUD, "time.max_steps=3", "numerics.timesteps='individual'")
-STEPS = 32
+STEPS = 4 * STEPS_BETWEEN_SORTS  # a run stops where particles are sorted: after a signal in it there are more
 STEPPED = (*CLOUD, f"time.max_steps={STEPS}")
 
 
