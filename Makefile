@@ -24,7 +24,7 @@ BENCH_PARTS := scaling_plan precision_table fair_times gravity_codes point_sets 
 
 # Compiled code is kept between runs, inside the checkout: a fresh clone is then a fresh start.
 export JAX_COMPILATION_CACHE_DIR ?= $(CURDIR)/.cache/jax
-export JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS ?= 0
+export JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS ?= 0.3
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.cache/numba
 export ASTROINERTIA_CACHE ?= $(CURDIR)/.cache/astroinertia
 # Tests start hundreds of processes, which read bytecode if it is kept (empty: it is, whatever the caller's shell says).
