@@ -23,7 +23,7 @@ CLOUD = (
     "output.checkpoint_seconds=0",
 )  # fmt: skip
 BLOCKS = (*CLOUD, "time.max_steps=3", "numerics.timesteps='individual'")
-STEPS = 4 * STEPS_BETWEEN_SORTS  # a run stops where particles are sorted: after a signal in it there are more
+STEPS = 4 * STEPS_BETWEEN_SORTS  # runs stop where particles are sorted: a signalled one must come there before its end
 STEPPED = (*CLOUD, f"time.max_steps={STEPS}")
 
 

@@ -132,7 +132,7 @@ def _stiffening(moments: Array, deformability: Array, m: Array) -> Array:
 def _stiffening_rate(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
     # What solves f(x, s) = 0 follows x with ds = -(df/dx) dx / (df/ds): Newton's steps need not be differentiated.
     stiffening = _stiffening(*primals)
-    (_, slope), (growth, _) = jax.jvp(lambda *given: _excess(*given, stiffening), primals, tangents)  # type: ignore[call-arg]
+    (_, slope), (growth, _) = jax.jvp(lambda *given: _excess(*given, stiffening), primals, tangents)  # type: ignore
     return stiffening, -growth / slope
 
 

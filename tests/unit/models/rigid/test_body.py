@@ -30,16 +30,17 @@ def test_the_angular_momentum_is_that_of_the_deformed_body():
 def test_derivatives_are_those_of_differences():
     given, along = (M, ELASTIC.moments, 0.4), (np.array([0.2, 0.7, -0.4]), np.array([0.3, -0.1, 0.2]), 0.5)
 
+    def at(share):
+        return tuple(value + share * change for value, change in zip(given, along, strict=True))
+
     def slope(share):
-        at = tuple(value + share * change for value, change in zip(given, along, strict=True))
-        return jax.jvp(spin, at, along)[1]
+        return jax.jvp(spin, at(share), along)[1]
 
     step = 1e-4
-    moved = [spin(*(value + share * change for value, change in zip(given, along, strict=True)))
-             for share in (step, -step)]  # fmt: skip
-    assert np.asarray(slope(0.0)) == pytest.approx(np.asarray(moved[0] - moved[1]) / (2.0 * step), rel=1e-7)
-    second = jax.jvp(slope, (0.0,), (1.0,))[1]
-    assert np.asarray(second) == pytest.approx(np.asarray(slope(step) - slope(-step)) / (2.0 * step), rel=1e-6)
+    difference = np.asarray(spin(*at(step)) - spin(*at(-step)))
+    assert np.asarray(slope(0.0)) == pytest.approx(difference / (2.0 * step), rel=1e-7)
+    second, difference = jax.jvp(slope, (0.0,), (1.0,))[1], np.asarray(slope(step) - slope(-step))
+    assert np.asarray(second) == pytest.approx(difference / (2.0 * step), rel=1e-6)
     backwards = jax.grad(lambda *values: spin(*values).sum(), argnums=(0, 1, 2))(*given)
-    forwards = sum(np.sum(np.asarray(part) * change) for part, change in zip(backwards, along, strict=True))
-    assert forwards == pytest.approx(float(slope(0.0).sum()), rel=1e-12)
+    total = sum(np.sum(np.asarray(part) * change) for part, change in zip(backwards, along, strict=True))
+    assert total == pytest.approx(float(slope(0.0).sum()), rel=1e-12)
