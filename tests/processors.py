@@ -20,8 +20,9 @@ from llvmlite import binding as llvm
 from numba import njit
 from numba.core.dispatcher import Dispatcher
 
+from astroinertia.effects.gradients import VELOCITY_GRADIENT
 from astroinertia.effects.kinds.pressure import PRESSURE
-from astroinertia.effects.kinds.viscosity import GUARDED, TREND, VELOCITY_GRADIENT
+from astroinertia.effects.kinds.viscosity import GUARDED, TREND
 from astroinertia.engines import numba_cache, numba_modules, numba_vectors
 from astroinertia.engines.few import FEW
 from astroinertia.engines.numba_cpu import Engine

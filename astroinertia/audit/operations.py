@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from astroinertia.engines.numba_source import ORIGIN
+from astroinertia.engines.terms import COMMON
 
-COMMON = "common"
 SCOPE = re.compile(r"effect:(\w+)")
 FREE = frozenset({"real", "float", "int"})  # calls in generated text that only give a number its type
 

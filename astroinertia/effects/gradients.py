@@ -8,8 +8,7 @@ Functions of one particle take matrices as three rows (engines/elementwise.py).
 
 from typing import Any, NamedTuple
 
-from astroinertia.engines.elementwise import elementwise
-from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.engines.terms import COMMON, Output, PairTerm
 
 
 class Separation(NamedTuple):
@@ -36,10 +35,16 @@ def gradient_pair(xp, dW_i):
     return dW_i, dW_i
 
 
-def velocity_gradient(effect: str) -> PairTerm:
-    """The term of an effect that asks for the two sums of `linear_gradient` of the velocity."""
-    outputs = (Output("position", "outer", of="position"), Output("velocity", "outer", of="velocity"))
-    return PairTerm(effect, gradient_pair, outputs)
+# What an effect lists among its gradient_terms if it needs `linear_gradient` of the velocity, from `flow_sums`.
+VELOCITY_GRADIENT = PairTerm(
+    COMMON, gradient_pair, (Output("position", "outer", of="position"), Output("velocity", "outer", of="velocity"))
+)
+
+
+def flow_sums(fluid: Any) -> tuple[Any, Any]:
+    """The two sums (N, 3, 3) of the velocity gradient, made once for all effects that list it."""
+    sums = fluid.gradients[COMMON]
+    return sums["position"], sums["velocity"]
 
 
 def along(xp, ij: Separation, matrix: Symmetric):
@@ -140,13 +145,3 @@ def shear(xp, matrix):
     """S:S of the traceless symmetric part S."""
     xx, yy, zz, xy, xz, yz = strain(xp, matrix)
     return xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + xz**2 + yz**2) - trace(xp, matrix) ** 2 / 3.0
-
-
-def gradient(xp: Any, sums: dict[str, Any], name: str) -> Any:
-    """The gradient (N, 3, 3) of a field F from the sums of one effect."""
-    return elementwise(xp, linear_gradient_alone, sums["position"], sums[name])[0]
-
-
-def linear_gradient_alone(xp, moment, sum_of_field):
-    """The gradient and nothing else."""
-    return (linear_gradient(xp, moment, sum_of_field),)

@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 Reduction = Literal["central", "sum", "max", "outer"]
 
+COMMON = "common"  # the effect of terms whose sums are of several effects, and of what belongs to none
+
 
 @dataclass(frozen=True)
 class Output:

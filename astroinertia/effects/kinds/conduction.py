@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, Output, PairTerm, pytree
-from astroinertia.effects.gradients import converging_share, linear_gradient, velocity_gradient
+from astroinertia.effects.gradients import VELOCITY_GRADIENT, converging_share, flow_sums, linear_gradient
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.units import choice, not_negative
 
@@ -42,7 +42,6 @@ OUTPUTS = (Output("heating", "sum"), Output("rate", "sum"))
 RELATIVE_VELOCITY = PairTerm("conduction", relative_velocity_pair, OUTPUTS)
 SHEAR_LIMITED = PairTerm("conduction", shear_limited_pair, OUTPUTS)
 PRESSURE_JUMP = PairTerm("conduction", pressure_jump_pair, OUTPUTS)
-VELOCITY_GRADIENT = velocity_gradient("conduction")
 
 
 def share_of_flow(xp, sound_speed, h, moment, velocity_sum):
@@ -102,9 +101,8 @@ class Conduction(Effect):
         if self.signal == "pressure_jump":
             fields["pressure"] = fluid.pressure
         if self.limiter == "shear":
-            sums = fluid.gradients[self.kind]
             (fields["conduction_share"],) = elementwise(
-                xp, share_of_flow, fluid.sound_speed, fluid.smoothing_length, sums["position"], sums["velocity"]
+                xp, share_of_flow, fluid.sound_speed, fluid.smoothing_length, *flow_sums(fluid)
             )
         return fields
 

@@ -6,17 +6,18 @@ from typing import Any, ClassVar, NamedTuple
 
 from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
 from astroinertia.effects.gradients import (
+    VELOCITY_GRADIENT,
     Separation,
     Symmetric,
     along,
     converging_share,
     curl_size,
+    flow_sums,
     linear_gradient,
     shear,
     strain,
     trace,
     trace_of_square,
-    velocity_gradient,
 )
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import braked
@@ -132,7 +133,6 @@ RECONSTRUCTED = PairTerm("viscosity", reconstructed_pair, VISCOSITY.outputs)
 GUARDED = PairTerm("viscosity", guarded_pair, VISCOSITY.outputs)
 TRACE_FREE = PairTerm("viscosity", trace_free_pair, VISCOSITY.outputs)
 GUARDED_TRACE_FREE = PairTerm("viscosity", guarded_trace_free_pair, VISCOSITY.outputs)
-VELOCITY_GRADIENT = velocity_gradient("viscosity")
 TREND = PairTerm(
     "viscosity",
     trend_pair,
@@ -334,17 +334,18 @@ class Viscosity(Effect):
 
     def remember(self, xp, fluid, interval):
         """The coefficient alpha after `interval`, the sign of div v for the next evaluation's limiter, and p_v."""
-        memory, sums = {}, fluid.gradients.get(self.kind, {})
+        memory = {}
         if self.follows_shocks:
+            sums = fluid.gradients[self.kind]
             memory["viscosity_alpha"], memory["viscosity_trend"] = elementwise(
                 xp, switched, fluid.density, fluid.sound_speed, fluid.smoothing_length, fluid.memory["viscosity_alpha"],
-                sums["position"], sums["velocity"], sums["acceleration"], sums["trend"], sums["signal"], interval,
-                self.alpha_max, self.alpha_min, self.decay_length,
+                *flow_sums(fluid), sums["acceleration"], sums["trend"], sums["signal"], interval, self.alpha_max,
+                self.alpha_min, self.decay_length,
             )  # fmt: skip
         if self.trace_free:
             (memory["viscous_pressure"],) = elementwise(
-                xp, isotropic_part, fluid.density, fluid.pressure, fluid.thermal_energy, sums["position"],
-                sums["velocity"], fluid.memory["viscous_heating"],
+                xp, isotropic_part, fluid.density, fluid.pressure, fluid.thermal_energy, *flow_sums(fluid),
+                fluid.memory["viscous_heating"],
             )  # fmt: skip
         return memory
 
@@ -353,7 +354,7 @@ class Viscosity(Effect):
         if not self.trace_free:
             return {}
         heating, pressure = fluid.sums[self.kind]["heating"], fluid.memory["viscous_pressure"]
-        flow = fluid.gradients[self.kind]["velocity"]
+        _, flow = flow_sums(fluid)
         return {"viscous_heating": elementwise(xp, heating_of_all, fluid.density, heating, pressure, flow)[0]}
 
     def fields(self, xp, fluid):
@@ -363,15 +364,8 @@ class Viscosity(Effect):
         if self.limiter == "none":
             values = elementwise(xp, coefficients, *arguments)
         else:
-            sums = fluid.gradients[self.kind]
             values = elementwise(
-                xp,
-                LIMITED[self.limiter],
-                *arguments,
-                fluid.smoothing_length,
-                sums["position"],
-                sums["velocity"],
-                self.alpha_min,
+                xp, LIMITED[self.limiter], *arguments, fluid.smoothing_length, *flow_sums(fluid), self.alpha_min
             )
         names = ("viscosity_linear", "viscosity_quadratic", *STRAIN)
         fields = {

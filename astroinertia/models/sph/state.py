@@ -49,8 +49,11 @@ class Problem:
         return None if standards is None else self.engine.xp.asarray(standards)[material]
 
     def terms(self, name: str) -> tuple:
-        """The pair terms of all effects: their gradient_terms, neighbour_terms or all_pair_terms, by that name."""
-        return tuple(term for effect in self.effects for term in getattr(effect, name))
+        """The pair terms of all effects: their gradient_terms, neighbour_terms or all_pair_terms, by that name.
+
+        One that several effects list stands once.
+        """
+        return tuple(dict.fromkeys(term for effect in self.effects for term in getattr(effect, name)))
 
     def matter(self, material: Array | None) -> Any:
         """The equation of state of particles, which may be of several materials, (N,) or None."""

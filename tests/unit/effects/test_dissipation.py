@@ -13,7 +13,7 @@ import pytest
 import astroinertia
 from astroinertia.build.assemble import prepare
 from astroinertia.effects import catalogue
-from astroinertia.effects.gradients import curl_size, gradient, shear, trace
+from astroinertia.effects.gradients import curl_size, flow_sums, linear_gradient, shear, trace
 from astroinertia.effects.kinds.viscosity import isotropic_part
 from astroinertia.engines import numba_cpu, xla
 from astroinertia.engines.terms import argument_names, arguments
@@ -56,14 +56,18 @@ SHARED = ("mass", "position", "velocity", "smoothing_length")
 FLOW = np.array([[0.3, -0.7, 0.2], [0.5, -0.4, 0.9], [-0.1, 0.6, 0.25]])
 
 
+def velocity_gradients(fluid: Any) -> np.ndarray:
+    """(3, 3, N)."""
+    return np.array(linear_gradient(np, *(np.moveaxis(sums, 0, -1) for sums in flow_sums(fluid))))
+
+
 @pytest.mark.slow
 def test_gradients_are_exact_in_linear_flows_at_the_surface_too() -> None:
     position = ball()
     viscosity = catalogue.build("viscosity", {"switch": "none"})
     _, state, _ = state_of(viscosity, position=position, velocity=position @ FLOW.T)
-    found = gradient(np, state.rates.fluid.gradients["viscosity"], "velocity")
-    assert np.abs(found - FLOW).max() < 1e-12
-    flow = np.moveaxis(found, 0, -1)
+    flow = velocity_gradients(state.rates.fluid)
+    assert np.abs(flow - FLOW[:, :, None]).max() < 1e-12
     assert np.allclose(trace(np, flow), np.trace(FLOW), atol=1e-12)
     vorticity = [FLOW[2, 1] - FLOW[1, 2], FLOW[0, 2] - FLOW[2, 0], FLOW[1, 0] - FLOW[0, 1]]
     assert np.allclose(curl_size(np, flow), np.linalg.norm(vorticity), atol=1e-12)
@@ -82,10 +86,9 @@ def test_gradients_are_finite_without_neighbours_and_in_a_plane() -> None:
         "velocity": position @ FLOW.T,
     }
     terms = catalogue.build("viscosity", {"switch": "none"}).gradient_terms
-    sums = pair_sums(terms, fields, "cubic")["viscosity"]
-    found = gradient(np, sums, "velocity")
+    found = velocity_gradients(SimpleNamespace(gradients=pair_sums(terms, fields, "cubic")))
     assert np.all(np.isfinite(found))
-    assert np.array_equal(found[-1], np.zeros((3, 3)))
+    assert np.array_equal(found[..., -1], np.zeros((3, 3)))
 
 
 def heat_and_drag(velocity: np.ndarray, position: np.ndarray, steps: int = 0, **options: Any) -> dict[str, Any]:
@@ -242,13 +245,11 @@ def test_alpha_jumps_where_the_flow_steepens_and_decays_afterwards() -> None:
     assert 0 <= alpha.min() <= alpha.max() <= 1
     # The same particles in a flow that no longer steepens: alpha decays as exp(-dt v_sig/(10 h)).
     viscosity, fluid = listed[1], state.rates.fluid
-    still = jax.tree.map(np.zeros_like, fluid.gradients["viscosity"])
-    still["position"], still["signal"] = (
-        fluid.gradients["viscosity"]["position"],
-        fluid.gradients["viscosity"]["signal"],
-    )
-    quiet = SimpleNamespace(**{**vars(fluid), "gradients": {"viscosity": still}, "memory": state.memory})
-    h, signal = fluid.smoothing_length, np.maximum(still["signal"], fluid.sound_speed)
+    still = jax.tree.map(np.zeros_like, fluid.gradients)
+    still["common"]["position"] = fluid.gradients["common"]["position"]
+    signal = still["viscosity"]["signal"] = fluid.gradients["viscosity"]["signal"]
+    quiet = SimpleNamespace(**{**vars(fluid), "gradients": still, "memory": state.memory})
+    h, signal = fluid.smoothing_length, np.maximum(signal, fluid.sound_speed)
     later = viscosity.remember(np, quiet, 0.05)["viscosity_alpha"]
     assert np.allclose(later, alpha * np.exp(-0.05 * signal / (10.0 * h)), rtol=1e-12, atol=1e-30)
 
@@ -371,6 +372,25 @@ def test_the_shear_limiter_is_the_same_in_both_engines() -> None:
     assert np.abs(found[0]).max() > 1e-2
     for other in found[1:]:
         np.testing.assert_allclose(other, found[0], rtol=1e-9, atol=1e-12)
+
+
+def test_effects_share_one_velocity_gradient() -> None:
+    """Its sums are made once where two effects need them, and each effect finds what it finds alone."""
+    position, random = ball(120), np.random.default_rng(6)
+    kinds = {
+        "pressure": catalogue.build("pressure"),
+        "viscosity": catalogue.build("viscosity", {"switch": "none"}),
+        "conduction": catalogue.build("conduction", {"limiter": "shear"}),
+    }
+    velocity, entropy = random.normal(size=position.shape), 1.0 + position[:, 0] ** 2
+    inputs = {"position": position, "velocity": velocity, "entropy": entropy}
+    problem, both, _ = state_of(*kinds.values(), **inputs)
+    assert len(problem.terms("gradient_terms")) == 1
+    assert set(both.rates.fluid.gradients) == {"common"}
+    for kind in ("viscosity", "conduction"):
+        _, alone, _ = state_of(kinds["pressure"], kinds[kind], **inputs)
+        assert np.array_equal(alone.rates.fluid.sums[kind]["heating"], both.rates.fluid.sums[kind]["heating"])
+        assert np.abs(both.rates.fluid.sums[kind]["heating"]).max() > 0
 
 
 def test_the_shear_limiter_is_for_relative_velocities() -> None:
