@@ -77,7 +77,8 @@ def point_inertia(mass: Array, position: Array) -> Array:
 def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -> Array:
     """Centre of mass (..., 3) of particles: mass (..., N), position (..., N, 3), weights (..., N) that multiply mass.
 
-    Any vector will do for position: with velocities it is the velocity of the centre. A total mass of 0 gives NaN.
+    One number as the mass is that of each particle. Any vector will do for position: with velocities it is the velocity
+    of the centre. A total mass of 0 gives NaN.
 
     >>> print(centre_of_mass(np.array([1.0, 3.0]), np.array([[0.0, 0, 0], [4.0, 0, 0]])))
     [3. 0. 0.]
@@ -91,8 +92,8 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
 def second_moment(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
     """Q = sum m x (x) x, (..., 3, 3), of particles about a point.
 
-    mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
-    multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+    mass (..., N), or one number that each particle has; position (..., N, 3); origin (..., 3), the centre of mass where
+    none is given; weights (..., N) that multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
 
     >>> print(second_moment(np.array([1.0, 1.0]), np.array([[-2.0, 0, 0], [2.0, 0, 0]]))[0, 0])  # 2 m x^2
     8.0
@@ -133,8 +134,8 @@ def mixed_moment(
 def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, weights: Array | None = None) -> Array:
     """I = sum m (|x|^2 1 - x (x) x), (..., 3, 3), of particles about a point.
 
-    mass (..., N); position (..., N, 3); origin (..., 3), the centre of mass where none is given; weights (..., N) that
-    multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
+    mass (..., N), or one number that each particle has; position (..., N, 3); origin (..., 3), the centre of mass where
+    none is given; weights (..., N) that multiply mass, such as 0 or 1 for a selection. In the axes of the positions.
 
     >>> print(np.diag(inertia_tensor(np.ones(2), np.array([[-1.0, 0, 0], [1.0, 0, 0]]))))  # a dumbbell along x
     [0. 2. 2.]
@@ -413,6 +414,7 @@ def _relative(xp: Any, mass: Array, vector: Array, origin: Array | None) -> list
 def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Array]]:
     """Components (...,) of the weighted mean of vectors (..., N, 3), and (..., N) of the vectors relative to it."""
     _require_three(vector)
+    mass = xp.broadcast_to(mass, np.broadcast_shapes(mass.shape, vector.shape[:-1]))  # one number is that of each
     total = mass.sum(-1)
     share = mass / xp.where(total != 0, total, xp.nan)[..., None]
     centre, relative = [], []

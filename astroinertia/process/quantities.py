@@ -56,6 +56,7 @@ _OF_SHAPES = re.compile(
     re.IGNORECASE,
 )
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
+_EXACT = 2**53  # whole numbers up to here are numbers of float64
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
@@ -73,10 +74,11 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
     Quantities of astropy, and text such as "3 km", become numbers in SI by the names of arguments (DIMENSIONS), also in
     tables and lists; a quantity of another dimension, or where a plain number is meant, is refused by the argument's
     name. So are complex numbers, truth values and masked entries where a physical quantity is meant. Lists of numbers
-    become arrays where an array is meant. in_units: arguments that are in other units than SI, each with it ("Msun"),
-    or None for one that takes plain numbers alone. A default gravitational constant of 1 becomes that of SI where
-    anything had a unit. What is wrong with arguments is an InputError or InputTypeError, which are ValueError
-    and TypeError, too; arrays whose shapes do not go together are named with these shapes.
+    become arrays where an array is meant, and whole numbers of physical quantities real ones. in_units: arguments that
+    are in other units than SI, each with it ("Msun"), or None for one that takes plain numbers alone. A default
+    gravitational constant of 1 becomes that of SI where anything had a unit. What is wrong with arguments is an
+    InputError or InputTypeError, which are ValueError and TypeError, too; arrays whose shapes do not go together are
+    named with these shapes.
     """
 
     def decorated(function: Any) -> Any:
@@ -115,6 +117,7 @@ class _Arguments:
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
         self.arrays = {name for name, parameter in parameters if parameter.annotation is Any}
         self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
+        self.counts = {name for name, parameter in parameters if parameter.annotation is int}
 
     def in_si(self, args: Any, options: Any) -> tuple[Any, Any]:
         """The arguments as numbers; SceneError names one that cannot be."""
@@ -166,7 +169,7 @@ class _Arguments:
             raise InputError(f"{name} must be a number, not {bool(value)}.")
         if not _is_physical(name):
             return value
-        kind = getattr(getattr(value, "dtype", None), "kind", None)
+        kind = _dtype_kind(value)
         may_be_complex = name in self.complex or DIMENSIONS.get(name) == "rate"  # what dies away has such a frequency
         if (isinstance(value, complex) or kind == "c") and not may_be_complex:
             raise InputError(f"{name} must be real, not complex.")
@@ -174,7 +177,11 @@ class _Arguments:
             raise InputError(f"{name} must be an array of numbers, not of True and False.")
         if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
             raise InputError(f"{name} has masked entries; give those that are not, as of {name}.compressed().")
-        return value
+        if name in self.counts:
+            return value
+        if kind in ("i", "u"):  # products of whole numbers overflow, without a word
+            return value.astype(float)
+        return float(value) if type(value) is int else value
 
     @staticmethod
     def _said(name: str, convert: Callable[[], Any]) -> Any:
@@ -200,11 +207,17 @@ def _is_physical(name: str) -> bool:
 def _needs_a_look(value: Any) -> bool:
     """Whether it may have a unit, is a list, or holds what is no plain real number; quick for numbers and arrays."""
     made = type(value)
-    if made is float or made is int:
+    if made is float:
         return False
+    if made is int:
+        return abs(value) > _EXACT
     if made is np.ndarray:
-        return value.dtype.kind not in "fiu"
-    return isinstance(value, _LOOKED_AT) or _may_have_unit(value)
+        return value.dtype.kind != "f"
+    return isinstance(value, _LOOKED_AT) or _dtype_kind(value) in ("i", "u") or _may_have_unit(value)
+
+
+def _dtype_kind(value: Any) -> str | None:
+    return getattr(getattr(value, "dtype", None), "kind", None)
 
 
 def _may_have_unit(value: Any) -> bool:

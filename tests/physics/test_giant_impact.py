@@ -13,7 +13,6 @@ from astroinertia.build import assemble
 from astroinertia.build.materials import materials
 from astroinertia.build.planets import planet
 from astroinertia.matter.interior import isentrope
-from astroinertia.models.sph.record import snapshot_record
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
 from astroinertia.scene.scales import code_units
@@ -200,7 +199,7 @@ def test_the_planet_at_rest_has_its_moment_with_and_without_corrections(count, r
         scene = alone(count, *settings)
         with jax.enable_x64(True):
             prepared = assemble.prepare(scene)
-            exact, record = planet(scene, prepared.units), snapshot_record(prepared.evolution.state)
+            exact, record = planet(scene, prepared.units), prepared.evolution.snapshot()
         mass, position, velocity, density = (record[key] for key in ("mass", "position", "velocity", "density"))
         left = remnant(mass, position, velocity, density, float(prepared.units.to_code(CONDENSED, "density")))
         assert left.body.all()

@@ -8,7 +8,7 @@ import pytest
 
 from astroinertia.build import assemble, sph
 from astroinertia.build.planets import planet
-from astroinertia.models.sph.record import energy_budget, snapshot_record
+from astroinertia.models.sph.record import energy_budget
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 
@@ -37,8 +37,7 @@ def solved():
 
 def test_layers_hold_their_share_of_particles_of_their_own_material(solved):
     with jax.enable_x64(True):
-        state = assemble.prepare(scene_of(*UNSETTLED)).evolution.state
-        record = snapshot_record(state)
+        record = assemble.prepare(scene_of(*UNSETTLED)).evolution.snapshot()
     assert (np.bincount(record["material"]) == [60, 140]).all()  # 0.3 of 200 are of the first, iron
     distance = np.linalg.norm(record["position"], axis=1)
     assert distance[record["material"] == 0].max() < distance[record["material"] == 1].min()
@@ -59,7 +58,7 @@ def test_both_engines_move_the_same_planet():
         settings = [*UNSETTLED, f'numerics.engine="{engine}"', "numerics.smoothing_tolerance=1e-13"]
         with jax.enable_x64(True):
             body = assemble.prepare(load.loads(text, settings)).evolution
-            states.append(snapshot_record(after(body, 3).state))
+            states.append(after(body, 3).snapshot())
     for name in ("position", "velocity", "density", "pressure", "internal_energy", "entropy", "material"):
         scale = np.abs(states[0][name]).max()
         np.testing.assert_allclose(states[1][name], states[0][name], rtol=0, atol=1e-12 * scale, err_msg=name)
@@ -80,9 +79,9 @@ def test_a_checkpoint_goes_on_bit_for_bit(timesteps):
         np.testing.assert_array_equal(array, other[name], err_msg=name)
 
 
-def pressure_errors(state, ball):
+def pressure_errors(body, ball):
     """Mean relative error of the pressure within 0.8 smoothing lengths of the boundary, of the iron and of the rock."""
-    record = snapshot_record(state)
+    record = body.snapshot()
     mass, position, material = (record[name] for name in ("mass", "position", "material"))
     distance = np.linalg.norm(position - mass @ position / mass.sum(), axis=1)
     error = record["pressure"] / np.asarray(ball.solution.layered().pressure(distance)) - 1
@@ -103,12 +102,12 @@ def settled(count, dynamical_times, *settings):
             mass, position = (np.asarray(a) for a in (body.state.mass, body.state.position))
             return 2 / 3 * mass @ ((position - mass @ position / mass.sum()) ** 2).sum(axis=1)
 
-        before, first, pressure = energy_budget(body.problem, body.state), moment(), pressure_errors(body.state, ball)
+        before, first, pressure = energy_budget(body.problem, body.state), moment(), pressure_errors(body, ball)
         farthest = 0.0
         while body.time < dynamical_times * unit:
             body.advance(float("inf"))
             farthest = max(farthest, abs(moment() / first - 1))
-        energy, later = energy_budget(body.problem, body.state), pressure_errors(body.state, ball)
+        energy, later = energy_budget(body.problem, body.state), pressure_errors(body, ball)
     binding = abs(before["potential"]["gravity"])
     return {
         "particles": count,
@@ -158,5 +157,5 @@ def test_smooth_boundaries_and_surfaces_are_what_they_were():
     scene = load.loads(text, ["effects.gravity.order=second"])
     with jax.enable_x64(True):
         prepared = assemble.prepare(scene)
-        errors = pressure_errors(prepared.evolution.state, planet(scene, prepared.units))
+        errors = pressure_errors(prepared.evolution, planet(scene, prepared.units))
     assert errors == pytest.approx([-0.37, 0.30], abs=0.03)

@@ -165,7 +165,7 @@ class Particles:
 
     def snapshot(self) -> Record:
         """All particles."""
-        return snapshot_record(self.state)
+        return snapshot_record(self.problem, self.state)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Every array of the state."""

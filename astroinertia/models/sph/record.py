@@ -142,19 +142,24 @@ def works_from_outside(problem: Problem, potentials: dict[str, float]) -> np.nda
     return np.array([loses(effect) for effect in problem.effects], dtype=bool)
 
 
-def snapshot_record(state: State) -> dict[str, Any]:
-    """Per-particle arrays in the order of the particles' identities."""
+def snapshot_record(problem: Problem, state: State) -> dict[str, Any]:
+    """Per-particle arrays in the order of the particles' identities; the state of matter is that of their entropies.
+
+    The fluid's own, with which forces were made, is that of the entropies predicted before the step's last kick.
+    """
     order = np.argsort(np.asarray(state.identity))
     fluid = state.rates.fluid
+    eos = problem.matter(state.material)
+    pressure, _, internal_energy, *_ = eos.state(problem.engine.xp, fluid.density, state.entropy)
     arrays = {
         "position": state.position,
         "velocity": state.velocity,
         "mass": state.mass,
         "density": fluid.density,
         "smoothing_length": state.smoothing_length,
-        "internal_energy": fluid.internal_energy,
+        "internal_energy": internal_energy,
         "entropy": state.entropy,
-        "pressure": fluid.pressure,
+        "pressure": pressure,
         **({} if state.material is None else {"material": state.material}),
         **{name: state.memory[name] for name in SHOWN if name in state.memory},
     }

@@ -1,5 +1,6 @@
 """Inertia tensors and what follows from them, against closed forms and plain sums."""
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import xarray as xr
@@ -60,6 +61,16 @@ def test_the_tensor_of_particles_is_about_the_origin_asked_for():
     np.testing.assert_allclose(
         tensor.inertia_tensor(mass, position), by_definition(mass, position, centre), rtol=1e-13, atol=1e-11
     )
+
+
+@pytest.mark.parametrize("made", [np.asarray, jnp.asarray])
+@pytest.mark.parametrize("mass", [2.0, [2.0], [[2.0], [2.0]]])
+def test_one_number_is_the_mass_of_each_particle(mass, made):
+    position = made(np.random.default_rng(7).normal(size=(2, 5, 3)))
+    one, each = made(np.array(mass)), made(np.full((2, 5), 2.0))
+    for of in (tensor.centre_of_mass, tensor.inertia_tensor, tensor.second_moment):
+        np.testing.assert_allclose(of(one, position), of(each, position), rtol=1e-6)
+    assert np.array_equal(tensor.centre_of_mass(1.0, [[1, 0, 0], [2, 0, 0], [3, 0, 0]]), [2.0, 0.0, 0.0])
 
 
 def test_weights_select_and_batches_are_series_of_snapshots():

@@ -6,12 +6,13 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from astropy import constants, units as u
 
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.inertia import shapes
+from astroinertia.inertia import shapes, tensor
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
@@ -211,6 +212,24 @@ def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any
     assert type(caught.value) is kind and isinstance(caught.value, SceneError)
     assert str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
     assert isinstance(caught.value, ValueError if kind is InputError else TypeError)
+
+
+@pytest.mark.parametrize("made", [list, np.asarray, lambda a: np.asarray(a, dtype=np.int32), jnp.asarray], ids=str)
+def test_whole_numbers_do_not_overflow(made: Any) -> None:
+    """m d^2 of 1e12 kg at 5 km is 2.5e19 kg m2, beyond 64 bits, and a mass of 6e24 kg no number that these hold."""
+    exact = np.diag([1.0, 1.0 + 2.5e19, 1.0 + 2.5e19])
+    assert tensor.about_point(np.eye(3), 10**12, made([5000, 0, 0])) == pytest.approx(exact, rel=1e-6)
+    assert tensor.point_inertia(6 * 10**24, made([2, 0, 0]))[1, 1] == pytest.approx(2.4e25, rel=1e-6)
+    assert tensor.point_inertia(np.int64(10**12), made([5000, 0, 0]))[1, 1] == pytest.approx(2.5e19, rel=1e-6)
+    assert float(tensor.invariants(made(np.diag([3 * 10**7] * 3)))[2]) == pytest.approx(2.7e22, rel=1e-6)
+
+
+def test_a_number_of_things_stays_a_whole_number() -> None:
+    @with_quantities()
+    def counted(points: int, mass: float) -> tuple[Any, float]:
+        return range(points), mass
+
+    assert counted(np.int64(3), 2) == (range(3), 2.0)
 
 
 def test_errors_that_are_no_fault_of_arguments_stay_what_they_are() -> None:

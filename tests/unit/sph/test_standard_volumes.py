@@ -13,7 +13,7 @@ from astroinertia.build.planets import planet
 from astroinertia.errors import SceneError
 from astroinertia.models.sph.evaluate import effect_accelerations
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.record import energy_budget, ledger_closure, snapshot_record
+from astroinertia.models.sph.record import energy_budget, ledger_closure
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR
@@ -81,7 +81,7 @@ def beside_the_boundary(text, *settings):
     """Mean density over the exact one of the particles within a smoothing length of it, below and above."""
     scene = load.loads(text, ["body.particles=500", "body.relax=false", *settings])
     with jax.enable_x64(True):
-        record = snapshot_record(assemble.prepare(scene).evolution.state)
+        record = assemble.prepare(scene).evolution.snapshot()
         ball = planet(scene, code_units(scene))
         distance = np.linalg.norm(record["position"], axis=1)
         exact = np.asarray(ball.solution.layered().density(distance))
@@ -105,7 +105,7 @@ def test_a_full_surface_has_the_density_of_the_planet(text):
     for surface in ("smoothed", "full"):
         scene = load.loads(text, [*PLANET, SHARP, f"body.surface={surface}"])
         with jax.enable_x64(True):
-            record = snapshot_record(assemble.prepare(scene).evolution.state)
+            record = assemble.prepare(scene).evolution.snapshot()
             ball = planet(scene, code_units(scene))
             distance = np.linalg.norm(record["position"], axis=1)
             exact = np.asarray(ball.solution.layered().density(np.minimum(distance, ball.radius)))
@@ -123,11 +123,10 @@ def test_a_full_surface_has_the_density_of_the_planet(text):
 def test_a_snapshot_has_the_factors(text):
     scene = load.loads(text, [*PLANET, SHARP, "body.surface=full"])
     with jax.enable_x64(True):
-        record = snapshot_record(assemble.prepare(scene).evolution.state)
+        record = assemble.prepare(scene).evolution.snapshot()
         names = ("mass", "position", "velocity", "entropy", "time", "material", "density", DENSITY_FACTOR)
-        again = snapshot_record(
-            sph.of_snapshot(scene, code_units(scene), {name: np.asarray(record[name]) for name in names}).state
-        )
+        known = {name: np.asarray(record[name]) for name in names}
+        again = sph.of_snapshot(scene, code_units(scene), known).snapshot()
     np.testing.assert_allclose(again["density"], record["density"], rtol=1e-6)
 
 

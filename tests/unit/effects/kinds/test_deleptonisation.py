@@ -284,7 +284,7 @@ def fallen(steps: int) -> SimpleNamespace:
         length = 0.4 / steps * (1.0 + 0.3 * math.cos(math.pi * number))
         state = step(problem, arrangement, state, np.float64(length))
     gained = energy_budget(problem, state)["total"] - begun.energy
-    return SimpleNamespace(begun=begun.state, state=state, gained=gained, taken=made.recorded(state))
+    return SimpleNamespace(problem=problem, begun=begun.state, state=state, gained=gained, taken=made.recorded(state))
 
 
 def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -> None:
@@ -300,7 +300,7 @@ def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -
     assert np.abs(momentum).max() < 1e-14
     spin = [each.mass @ np.cross(each.position, each.velocity) for each in (begun, found)]
     assert np.abs(spin[1] - spin[0]).max() < 1e-14
-    shown = snapshot_record(found)["electron_fraction"]
+    shown = snapshot_record(runs[-1].problem, found)["electron_fraction"]
     assert (shown[np.asarray(found.identity)] == found.memory["electron_fraction"]).all()
 
 
