@@ -148,32 +148,43 @@ def test_a_toy_star_converges_with_rising_neighbours_to_ten_thousand(result) -> 
         assert min(orders) >= 0.8
 
 
-def test_shocks_of_evrards_cloud_do_not_heat_the_gas_ahead_of_them() -> None:
-    """1000 particles: the peaks were 16.4 and 17.4 % low when measured.
+WHOLE = ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0")
 
-    With Monaghan's means in the viscosity and second order they were 20.4 and 24.7 % low.
+
+def test_shocks_of_evrards_cloud_heat_the_gas_by_what_they_should() -> None:
+    """1000 particles: the peaks were 4.6 and 9.8 % low when measured, and with the whole stress 16.3 and 17.5 %.
+
+    With Monaghan's means in the viscosity and second order besides they were 20.4 and 24.7 % low.
     """
     peaks = evrard_peaks(1000)
+    assert abs(peaks["kinetic_energy_error"]) < 0.055, peaks
+    assert abs(peaks["internal_energy_error"]) < 0.11, peaks
+
+
+@pytest.mark.full
+def test_shocks_of_evrards_cloud_do_not_heat_the_gas_ahead_of_them() -> None:
+    """With the whole stress, which viscosity has by default, 1000 particles."""
+    peaks = evrard_peaks(1000, *WHOLE)
     assert abs(peaks["kinetic_energy_error"]) < 0.175, peaks
     assert abs(peaks["internal_energy_error"]) < 0.185, peaks
 
 
 @pytest.mark.full
 def test_evrards_cloud_collapses_and_bounces() -> None:
-    """3000 particles: the kinetic peak was 10.7 % low and the thermal one 11.6 % low when measured."""
+    """3000 particles: the kinetic peak was 2.1 % low and the thermal one 4.8 % low when measured."""
     peaks = evrard_peaks(3000)
-    assert abs(peaks["kinetic_energy_error"]) < 0.125, peaks
-    assert -0.135 < peaks["internal_energy_error"] < 0.0, peaks
-    assert abs(peaks["kinetic_energy_time_error"]) < 0.04, peaks
-    assert abs(peaks["internal_energy_time_error"]) < 0.03, peaks
-    assert peaks["energy_error"] < 0.01, peaks
+    assert abs(peaks["kinetic_energy_error"]) < 0.03, peaks
+    assert abs(peaks["internal_energy_error"]) < 0.06, peaks
+    assert abs(peaks["kinetic_energy_time_error"]) < 0.03, peaks
+    assert abs(peaks["internal_energy_time_error"]) < 0.01, peaks
+    assert peaks["energy_error"] < 1e-3, peaks
 
 
 @pytest.mark.full(inputs=["sims/evrard.toml"])
 @pytest.mark.parametrize(("particles", "bar"), [(10_000, 0.05), (30_000, 0.025)])
-def test_evrards_peaks_with_a_trace_free_stress(particles: int, bar: float, result: Any) -> None:
-    """Within 5 and 2.5 %, with energy kept as well as without."""
-    peaks = evrard_peaks(particles, 'effects.viscosity.stress="trace_free"', "effects.viscosity.alpha_max=1.5")
+def test_evrards_peaks_are_right(particles: int, bar: float, result: Any) -> None:
+    """Within 5 and 2.5 %."""
+    peaks = evrard_peaks(particles)
     result(**peaks)
     assert abs(peaks["kinetic_energy_error"]) < bar
     assert abs(peaks["internal_energy_error"]) < bar
@@ -181,12 +192,12 @@ def test_evrards_peaks_with_a_trace_free_stress(particles: int, bar: float, resu
 
 
 @pytest.mark.full(inputs=["sims/evrard.toml"])
-def test_evrards_peaks_at_full_size(result) -> None:
+def test_evrards_peaks_with_the_whole_stress_at_full_size(result) -> None:
     """3000 to 30,000 particles: peaks within 10 %, order at least 0.5 in N^(1/3)."""
     counts = [3000, 10000, 30000]
     found = {}
     for count in counts:
-        found[count] = evrard_peaks(count)
+        found[count] = evrard_peaks(count, *WHOLE)
         result(**{f"{name}_{count}": value for name, value in found[count].items()})
     orders = {
         name: order(counts, [abs(found[count][f"{name}_error"]) for count in counts])
