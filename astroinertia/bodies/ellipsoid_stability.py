@@ -139,8 +139,9 @@ def _gravity_jacobian() -> Callable[[np.ndarray], np.ndarray]:
     import jax.numpy as jnp
 
     from astroinertia.bodies.affine import gravity_force
+    from astroinertia.engines.brief import brief
 
-    @jax.jit
+    @brief
     def jacobian(axes):
         return jax.jacfwd(lambda deformation: gravity_force(deformation, _SPHERE_ENERGY))(jnp.diag(axes))
 

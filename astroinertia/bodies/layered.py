@@ -142,6 +142,7 @@ def _power_integral(x_in: Array, x_out: Array, powers: Array) -> Array:
     return (x_out.reshape(shape) ** (powers + 1) - x_in.reshape(shape) ** (powers + 1)) / (powers + 1)
 
 
+@double_precision("power")
 def shell_integrals(body: LayeredBody, power: int) -> Array:
     """The integral of rho x^power dx over each layer (layers,), x = r/R, exact; power 2 gives masses, 4 moments.
 

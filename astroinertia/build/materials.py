@@ -38,12 +38,13 @@ def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> "Tabula
 
 def _standards(made: "Tabulated", pressure: float) -> np.ndarray:
     # The densities that materials have at that pressure, each on its coldest isentrope.
-    from astroinertia.matter.interior import isentrope  # with JAX, which tables do without
+    from astroinertia.matter import planetary  # only here: JAX, which tables do without
+    from astroinertia.matter.interior import isentrope  # only here: JAX, too
 
     standards = []
     for number, name in enumerate(made.names):
         try:
-            standards.append(float(isentrope(made, number, 0.0).density(pressure)))
+            standards.append(float(planetary.density(isentrope(made, number, 0.0), pressure)))
         except ValueError as error:
             raise SceneError(f"[equation_of_state] boundary_pressure, {name}: {error}.") from None
     return np.array(standards)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.matter import planetary
 from astroinertia.matter.interior import isentrope
 from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem
@@ -30,6 +31,7 @@ def density_factors(
     for number, (kind, label) in enumerate(zip(planet.numbers, planet.labels, strict=True)):
         chosen = layer == number
         matter = isentrope(problem.equation_of_state, int(kind), float(label))
-        exact[chosen] = np.asarray(matter.density(pressure[chosen]))
+        # At all pressures, so that one program serves all layers.
+        exact[chosen] = np.asarray(planetary.density(matter, pressure))[chosen]
     reaches_out = distance + KERNELS[problem.kernel].support * length > planet.radius
     return np.where(reaches_out, exact / density, 1.0)

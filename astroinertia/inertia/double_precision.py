@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from astroinertia.engines.brief import brief
 from astroinertia.inertia.tensor import is_known
 
 
@@ -23,7 +24,7 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
     """
 
     def decorate(function: Callable) -> Callable:
-        compiled = jax.jit(function, static_argnames=static)
+        compiled = brief(function, static_argnames=static)
 
         @functools.wraps(function)
         def called(*args: Any, **kwargs: Any) -> Any:

@@ -17,7 +17,6 @@ import warnings
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 
 from astroinertia.bodies.earth import elastic_prem, prem, prem_layer_names, prem_shear_quality
@@ -288,8 +287,7 @@ def mantle_share() -> float:
     >>> print(f"{mantle_share():.4f}")  # of the polar moment
     0.8862
     """
-    with jax.enable_x64(True):
-        shells = np.asarray(shell_integrals(prem(), 4))
+    shells = shell_integrals(prem(), 4)
     core = prem_layer_names().index("outer core") + 1
     return float(1 - shells[:core].sum() / shells.sum())
 

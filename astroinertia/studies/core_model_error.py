@@ -14,6 +14,7 @@ Tests: tests/unit/studies/test_core_model_error.py.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -22,7 +23,7 @@ import numpy as np
 from astroinertia.bodies.inversion import ThreeLayers
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import SolarSystemBody
-from astroinertia.matter.planetary import FORSTERITE, ICE_VII, IRON_LIQUID, BirchMurnaghan
+from astroinertia.matter import planetary
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import assumed_layers
 from astroinertia.studies.two_layers import three_layers, two_layers
@@ -31,8 +32,10 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT
 _CELLS = 60  # of a layer: the change of the radius to 0.2 %
 _STEP = 0.1  # of the density of the mantle, across its middle
 _MATTER = (  # from which mean density on
-    (4500.0, "liquid iron", IRON_LIQUID), (2000.0, "forsterite", FORSTERITE), (-np.inf, "ice VII", ICE_VII),
-)  # fmt: skip
+    (4500.0, "liquid iron", planetary.IRON_LIQUID),
+    (2000.0, "forsterite", planetary.FORSTERITE),
+    (-np.inf, "ice VII", planetary.ICE_VII),
+)
 _COMPRESSIONS = np.linspace(1.0, 6.0, 2001)
 _ITERATIONS = 60
 _TOLERANCE = 1e-6
@@ -112,7 +115,7 @@ def model_error_of(one: SolarSystemBody, ratio_row: int = 0) -> CoreModelError:
 
 
 @with_quantities()
-def matter_as_dense(mean_density: float) -> tuple[str, BirchMurnaghan]:
+def matter_as_dense(mean_density: float) -> tuple[str, planetary.BirchMurnaghan]:
     """Return what a layer of a mean density is taken for, with its name: liquid iron, forsterite or ice VII.
 
     >>> print(matter_as_dense(3300.0)[0])
@@ -168,7 +171,7 @@ def _compressed(edges: Cells, means: list[float], radius: float) -> Cells:
         weight = weight * rho * (above - below)
         pressure = np.split(np.cumsum(weight[::-1])[::-1] - weight / 2, len(edges))
         squeezed = [
-            _scaled(np.interp(each, *_compression(mean)), edge, mean)
+            _scaled(np.interp(each, *_compression(matter_as_dense(mean)[1])), edge, mean)
             for each, edge, mean in zip(pressure[:2], edges[:2], means[:2], strict=True)
         ]
         change = max(float(abs(new / old - 1).max()) for new, old in zip(squeezed, density[:2], strict=True))
@@ -178,7 +181,7 @@ def _compressed(edges: Cells, means: list[float], radius: float) -> Cells:
     return density
 
 
-def _compression(mean: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pressures, and the density over that at no pressure, of the matter that is as dense as a layer."""
-    matter = matter_as_dense(mean)[1]
-    return matter.pressure(_COMPRESSIONS * matter.reference_density), _COMPRESSIONS
+@cache
+def _compression(matter: planetary.BirchMurnaghan) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures, and the density over that at no pressure."""
+    return planetary.pressure(matter, _COMPRESSIONS * matter.reference_density), _COMPRESSIONS

@@ -16,6 +16,7 @@ import numpy as np
 from astroinertia.bodies import j2000
 from astroinertia.bodies.planets import body
 from astroinertia.effects.kinds.gravity_gradient import GravityGradient
+from astroinertia.engines.brief import brief
 from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.rotation import spice
@@ -221,7 +222,7 @@ def _turned(one: j2000.State, axes: np.ndarray) -> j2000.State:
     return j2000.State(one.gravitational_parameter, axes @ one.position, axes @ one.velocity)
 
 
-@jax.jit
+@brief
 def _momenta(state: splitting.Rotor, turning: rigid.Rigid, times: jax.Array, steps: int) -> jax.Array:
     """Angular momenta (N - 1, 3) at times (N,) but the first, which is that of the state; so many steps between two."""
 

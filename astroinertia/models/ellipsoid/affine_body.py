@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies.affine import cofactor, volume_ratio
 from astroinertia.bodies.affine_motion import constraint_slope
+from astroinertia.engines.brief import brief
 from astroinertia.engines.pytree import pytree
 from astroinertia.models.ellipsoid.matter import Matter
 
@@ -139,7 +139,7 @@ def push_on(effect: Any, body: AffineBody) -> Array:
     return jnp.zeros(3) if push is None else push
 
 
-@jax.jit
+@brief
 def observed(problem: Problem, time: Array, state: State) -> Observed:
     """What a record needs of the effects at a state, in one compiled program."""
     body, forces = body_at(problem, time, state)
@@ -163,11 +163,13 @@ def internal_energy(problem: Problem, state: State) -> Array:
     )
 
 
+@partial(brief, inline=True)
 def measured(problem: Problem, state: State) -> State:
     """The state, or its rate, in the problem's own units."""
     return State(*(value / unit for value, unit in zip(state, problem.scale, strict=True)))
 
 
+@partial(brief, inline=True)
 def unmeasured(problem: Problem, scaled: State) -> State:
     """The state in code units."""
     return State(*(value * unit for value, unit in zip(scaled, problem.scale, strict=True)))
@@ -216,6 +218,7 @@ def ended(time: Array, scaled: State, problem: Problem) -> Array:
     return over
 
 
+@partial(brief, inline=True)
 def thickness(deformation: Array) -> Array:
     """det F/|cof F|: between the smallest stretch and 1/3^(1/2) of it, negative where matter is turned inside out."""
     return volume_ratio(deformation) / jnp.sqrt(jnp.sum(cofactor(deformation) ** 2))

@@ -307,7 +307,7 @@ class RigidBody:
 
     def _units_of_errors(self) -> tuple[float, np.ndarray, float]:
         """Of L, m and energy for the adaptive integrator: those of the start, or of the pace that torques bring."""
-        momentum = float(jnp.linalg.norm(self.state.angular_momentum.value))
+        momentum = float(np.linalg.norm(self.state.angular_momentum.value))
         moment = float(np.max(self.body.moments))
         if momentum == 0.0:
             pace = float(passage.present_pace(self.body, self.course(), 0.0))

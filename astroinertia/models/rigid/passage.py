@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import adaptive
+from astroinertia.engines.brief import brief
 from astroinertia.ledger.moments import Compensated
 from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.models.rigid.body import Rigid
@@ -81,7 +82,7 @@ def state_met(course: Course) -> Met:
                state.sums.total)  # fmt: skip
 
 
-@partial(jax.jit, static_argnames=("integrator", "order"))
+@partial(brief, static_argnames=("integrator", "order"))
 def passage(
     body: Rigid, units: tuple, course: Course, times: Array, count: Array, most: Array, tolerance: float,
     steps_per_rotation: float, integrator: str, order: int,

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.brief import brief
 from astroinertia.inertia.tensor import second_moment_from_inertia
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.body import Rigid
@@ -48,7 +49,7 @@ class Ledger(NamedTuple):
     potential: Array
 
 
-@jax.jit
+@brief
 def ledgers(body: Rigid, time: Array, turning: Array, momentum: Array, count: Array) -> Ledger:
     """What the record says of the first `count` of states (N,), (N, 7), (N, 3); number leading, zeros after them.
 

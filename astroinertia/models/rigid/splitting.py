@@ -20,6 +20,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.engines.brief import brief
 from astroinertia.engines.pytree import pytree
 from astroinertia.ledger.moments import Compensated
 
@@ -87,6 +88,7 @@ class Rotor:
         return self.turning.value[4:]
 
 
+@brief
 def rotor(quaternion: Array, momentum_in_body: Array, sums: Array = ()) -> Rotor:
     """A body with an attitude (4,), an angular momentum (3,) in its principal axes, and sums (B,) that begin so."""
     quaternion, momentum = jnp.asarray(quaternion, dtype=float), jnp.asarray(momentum_in_body, dtype=float)
