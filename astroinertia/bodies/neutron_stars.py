@@ -270,18 +270,19 @@ def star_of_mass(
     require_positive(mass=mass)
     branch = stable_branch(equation_of_state, relativistic)
 
-    def excess(log_enthalpy: float) -> float:
+    def found(log_enthalpy: float) -> float:
         enthalpy = min(max(math.exp(log_enthalpy), branch.lowest), branch.highest)
-        return structure(equation_of_state, enthalpy, relativistic, tolerance).mass / mass - 1
+        return structure(equation_of_state, enthalpy, relativistic, tolerance).mass
 
-    low, high = math.log(branch.lowest), math.log(branch.highest)
-    above, below = excess(high), excess(low)
-    if above < 0 or below > 0:
+    ends = math.log(branch.lowest), math.log(branch.highest)
+    least, most = map(found, ends)
+    if not least <= mass <= most:
         raise ValueError(
-            f"equation of state {equation_of_state.name}: stable stars have {mass * (1 + below):.6g} to "
-            f"{mass * (1 + above):.6g} solar masses, not {mass:.6g}"
+            f"equation of state {equation_of_state.name}: stable stars have {least:.6g} to {most:.6g} solar masses, "
+            f"not {mass:.6g}"
         )
-    enthalpy = math.exp(root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-14, rtol=1e-14).root)
+    root = root_scalar(lambda log: found(log) / mass - 1, bracket=ends, method="brentq", xtol=1e-14, rtol=1e-14).root
+    enthalpy = math.exp(root)
     return star(equation_of_state, central_enthalpy=enthalpy, relativistic=relativistic, tolerance=tolerance)
 
 

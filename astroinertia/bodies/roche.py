@@ -9,8 +9,9 @@ Eliminating mu and using b^2 B_23 and B_13 in terms of A_12 and A_3 leaves a sum
     (3 + c^2)(b^2 - c^2) B_23 - c^2 (1 - c^2) B_13 + p (1 - b^2)(b^2 A_12 - c^2 A_3) = 0,
 
 in which p -> infinity shows Maclaurin's (b = 1) and Jacobi's sequence. p = -1 is Jeans's spheroid in a tide without
-rotation (b = c), p = 0 a satellite of negligible mass. The figures are labelled by c/a, which falls from 1 along each
-sequence; the Roche limit is where mu is largest.
+rotation (b = c), p = 0 a satellite of negligible mass. In between p = Omega^2/mu - 1 is no ratio of masses: that of a
+body that turns less fast than on its orbit beside a companion that is held in place, so that mu alone is known. The
+figures are labelled by c/a, which falls from 1 along each sequence; the Roche limit is where mu is largest.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 8. Tests: tests/unit/bodies/test_roche.py,
 tests/hard/test_ellipsoids_hard.py.
@@ -50,7 +51,7 @@ class RocheEllipsoid(HomogeneousEllipsoid):
 
     @property
     def distance(self) -> float:
-        """Distance d of the companion; inf for p = 0, nan for p = -1, where only the ratio M'/d^3 has a meaning."""
+        """Distance d of the companion; inf for p = 0, nan for p < 0, where only the ratio M'/d^3 has a meaning."""
         if self.mass_ratio <= 0:
             return math.inf if self.mass_ratio == 0 else math.nan
         return self.scaled_distance * self.mean_radius / math.cbrt(self.mass_ratio)
@@ -85,7 +86,8 @@ def _middle_square(z: float, deficit: float, p: float) -> tuple[float, float, fl
 def _checked_ratio(mass_ratio: float) -> float:
     if not mass_ratio >= -1:
         raise ValueError(
-            f"the mass ratio M/M' of a Roche ellipsoid is at least 0 (or -1: no rotation), not {mass_ratio!r}"
+            "the mass ratio M/M' of a Roche ellipsoid is at least 0, or from -1 (no rotation) to 0 for one that turns "
+            f"less fast than on its orbit, not {mass_ratio!r}"
         )
     return float(mass_ratio)
 
@@ -142,7 +144,7 @@ def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheElli
 
 @with_quantities()
 def limit(mass_ratio: float, **scale: float) -> RocheEllipsoid:
-    """Return the ellipsoid of the Roche limit of p = M/M', -1 to infinity: the closest to its companion.
+    """Return the ellipsoid of the Roche limit of p = M/M' >= 0 (or -1 <= p < 0): the closest to its companion.
 
     p = 0: scaled_distance 2.455176; p = -1: 2.1985, Jeans's spheroid (no rotation); p = infinity: the bifurcation to
     the Jacobi ellipsoids. ValueError for p < -1. Source: Chandrasekhar 1969, ch. 8. Test:

@@ -134,8 +134,6 @@ def _refuse_what_flows(scene: Scene) -> None:
 def of_solid(scene: Scene, units: CodeUnits) -> Moments:
     """Those that the scene gives."""
     moments, rows = rigid_moments(scene, units)
-    if np.linalg.det(rows) < 0.0:
-        raise SceneError("[body] axes_at_start must be right-handed.")
     return units.to_code(scene.body.mass, "mass"), moments, rows, None, None
 
 

@@ -22,11 +22,13 @@ from astroinertia.dataset.gravity_field import field_labels, field_variables, ru
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import InputError, with_quantities
 from astroinertia.storage.atomic import own_folder
 from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, with_unit
 
 _TURNED = 0.1  # radians that an axis may turn and be said to stay
+_NO_MODE = 1e-14  # of the whole mass: an amplitude that sums over a body round to where it has no such mode
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 
@@ -197,11 +199,13 @@ class InertiaAccessor:
     def moment_ratio(
         self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
     ) -> xr.DataArray:
-        """n.I.n / (M R^2) for a radius of the reader's choice, in the dataset's unit of length.
+        """n.I.n / (M R^2) for a positive radius of the reader's choice, in the dataset's unit of length.
 
         >>> print(f"{float(ds.inertia.moment_ratio(6.957e8)[0]):.2f}")  # 0.2046 of the n = 3/2 polytrope, in the limit
         0.18
         """
+        radii = np.asarray(radius, dtype=float)
+        require_positive(radius=radii[~np.isnan(radii)] if radii.ndim else radii)
         ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
         attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
         return self._series(ratio.values, f"moment of inertia about {_axis_text(axis)} over M R^2", "1", attrs)
@@ -410,12 +414,23 @@ class InertiaAccessor:
     def pattern_speed(self, mode: int = 2, start: float | None = None, end: float | None = None) -> xr.Dataset:
         """The mean rate at which an azimuthal mode turns between two times, the slope of its phase: rate and error.
 
-        Raises ValueError where the mode turns too far between two records for its turns to be counted.
+        Raises ValueError where the mode turns too far between two records for its turns to be counted, AbsentError
+        where there is no such mode.
 
         >>> print(list(ds.inertia.pattern_speed()))
         ['rate', 'error', 'residual']
         """
-        phase = self._between(self.dataset["mode_phase"].sel(mode=mode), start, end)
+        if reason := self.absent.get("mode_phase"):
+            raise AbsentError(f"this run has no azimuthal mode of order {mode}: {reason}.")
+        if mode not in self.dataset["mode"].values:
+            orders = ", ".join(map(str, self.dataset["mode"].values))
+            raise InputError(f"mode must be one of the orders that are recorded, {orders}, not {mode!r}.")
+        modes = self._between(self.dataset.sel(mode=mode), start, end)
+        phase = modes["mode_phase"]
+        if "mode_amplitude" in modes:
+            phase = phase.where(modes["mode_amplitude"] > _NO_MODE)
+            if phase.isnull().all():
+                raise AbsentError(f"the azimuthal mode of order {mode} has no size here, so its phase is undefined.")
         fitted = growth.turning(phase["time"].values, phase.values, mode)
         return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
 

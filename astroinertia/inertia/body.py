@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.engines.pytree import pytree
+from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 _SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to differ from 0
-_ORTHOGONAL = 1e3  # roundings by which the products of a rotation matrix's columns may be off
 
 
 @pytree
@@ -61,10 +61,7 @@ class Body:
         xp = namespace(matrix, self.inertia)
         matrix = xp.asarray(matrix)
         matrix = matrix.astype(xp.result_type(matrix, self.inertia))
-        if is_known(matrix):
-            product = xp.swapaxes(matrix, -1, -2) @ matrix
-            if not (abs(product - xp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL * xp.finfo(matrix.dtype).eps).all():
-                raise ValueError("a rotation matrix must be orthogonal, and this one is not")
+        require_orthogonal(matrix)
         inertia = rotated(self.inertia, matrix)
         if about is None:
             return Body(self.mass, self.centre, inertia)

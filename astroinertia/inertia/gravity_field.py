@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.mesh import mesh_body
+from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import centre_of_mass, namespace, require_plausible
 from astroinertia.process.quantities import with_quantities
@@ -83,8 +84,7 @@ class GravityField:
         that is exact for them, and the nodes are turned.
         """
         matrix = np.asarray(matrix, dtype=float)
-        if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), rtol=0, atol=1e-12):
-            raise ValueError("a rotation matrix must be orthogonal, and this one is not")
+        require_orthogonal(matrix)
         heights, weights = np.polynomial.legendre.leggauss(self.degree + 1)
         turns = np.arange(2 * self.degree + 2) * (np.pi / (self.degree + 1))
         z, longitude = (part.ravel() for part in np.meshgrid(heights, turns, indexing="ij"))

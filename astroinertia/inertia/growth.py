@@ -58,14 +58,15 @@ def growth(time, amplitude) -> Line:
 def turning(time, phase, fold: int) -> Line:
     """Return the line through the angle of a pattern of `fold`-fold symmetry: its slope is the pattern speed.
 
-    phase (T,): that of the mode, fold times the angle, known to 2 pi; ValueError where two neighbours may be more than
-    half a turn apart, for then the times are too sparse to count turns.
+    phase (T,): that of the mode, fold times the angle, known to 2 pi, or NaN; ValueError where two neighbours may be
+    more than half a turn apart, for then the times are too sparse to count turns.
 
     >>> print(f"{turning(np.arange(5.0), (0.3 * np.arange(5.0)) % np.pi, 2).slope:.6f}")  # a bar
     0.150000
     """
-    total = np.unwrap(np.asarray(phase, float))
-    steps = np.abs(np.diff(total))
-    if len(steps) and np.nanmax(steps) > 0.9 * np.pi:
+    t, angle = np.asarray(time, float), np.asarray(phase, float)
+    known = np.isfinite(angle)
+    total = np.unwrap(angle[known])
+    if (np.abs(np.diff(total)) > 0.9 * np.pi).any():
         raise ValueError("the phase advances by nearly half a turn from one time to the next: record more often")
-    return line(time, total / fold)
+    return line(t[known], total / fold)

@@ -65,7 +65,8 @@ def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
     >>> print(undefined_axes(np.array([1.0, 1.0, 2.0])))  # of an oblate body, two
     [ True  True False]
     """
-    return principal_gap(moments) <= _gap_tolerance(moments, tolerance)
+    gap = principal_gap(moments)
+    return gap <= (_ROUNDINGS * float(np.finfo(gap.dtype).eps) if tolerance is None else tolerance)
 
 
 @with_quantities()
@@ -169,10 +170,6 @@ def _settled(moments: np.ndarray, vectors: np.ndarray, before: np.ndarray, toler
     if np.linalg.det(axes) * np.linalg.det(before) < 0:
         axes[np.argmin(abs(agreement))] *= -1.0
     return axes
-
-
-def _gap_tolerance(moments: Array, tolerance: float | None) -> float:
-    return _ROUNDINGS * float(np.finfo(moments.dtype).eps) if tolerance is None else tolerance
 
 
 def _frame(xp: Any, inertia: Array) -> tuple[Array, Array, Array]:

@@ -29,6 +29,7 @@ _DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, ab
 _COLUMN = 15
 STEADY = 1e-9  # of the largest value: what changes by less stays
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
+_FAR_APART = 1e6  # a run is so much smaller than another that no power of ten suits both
 
 
 @dataclass(frozen=True)
@@ -165,12 +166,14 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
         lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
     heads = ("start", "minimum", "maximum", "end", "rms diff.", "largest diff.")
     for one in quantities:
-        factor, unit = style.scale_of(one.unit, *(line.values for line in one.lines.values()))
+        factor, unit = _shared_scale(one)
         title = one.long_name if unit == "1" else f"{one.long_name} ({unit})"
         lines += ["", title, f"{'':{width}}" + "".join(f"{head:>{_COLUMN}}" for head in heads)]
         for number, line in one.lines.items():
             values = line.values[np.isfinite(line.values)]
-            values = np.where(abs(values) > _ROUND_OFF * one.size, values, 0.0)
+            # Runs may be of bodies of very different sizes; a plain number is one beside 1.
+            size = one.size if one.unit == "1" else float(abs(values).max())
+            values = np.where(abs(values) > _ROUND_OFF * size, values, 0.0)
             shown = [values[0], values.min(), values.max(), values[-1]]
             cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
             lines.append(f"{names[number]:{width}}{cells}{_difference_cells(one, line, number == finest)}")
@@ -178,6 +181,14 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
     return "\n".join(
         [*lines, *(f"'{names[number]}' is the same to the last bit" for number in _same(quantities, finest))]
     )
+
+
+def _shared_scale(one: Compared) -> tuple[float, str]:
+    """What the numbers of all runs are divided by, and their unit then: the plain one where they are far apart."""
+    sizes = [float(np.nanmax(abs(line.values))) for line in one.lines.values()]
+    if max(sizes) > _FAR_APART * min(size for size in sizes if size > 0.0):
+        return 1.0, one.unit
+    return style.scale_of(one.unit, *sizes)
 
 
 def _same(quantities: Sequence[Compared], finest: int) -> list[int]:

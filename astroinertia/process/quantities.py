@@ -112,6 +112,7 @@ class _Arguments:
 
     def __init__(self, function: Any, in_units: Mapping[str, str | None]) -> None:
         self.signature, self.in_units = inspect.signature(function), in_units
+        self.function = function.__qualname__.removesuffix(".__init__")
         parameters = self.signature.parameters.items()
         self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation)}
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
@@ -167,6 +168,9 @@ class _Arguments:
             value = array if name in self.arrays and array.dtype.kind in "iufcb" and array.size else value
         if isinstance(value, bool | np.bool_) and (name in self.numbers or _is_physical(name)):
             raise InputError(f"{name} must be a number, not {bool(value)}.")
+        if isinstance(value, str) and name in self.numbers:
+            wanted = _wanted(self.signature.parameters[name], value)
+            raise InputTypeError(f"{name} of {self.function} must be {wanted}, not {value!r:.60}.")
         if not _is_physical(name):
             return value
         kind = _dtype_kind(value)

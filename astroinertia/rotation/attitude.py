@@ -9,12 +9,16 @@ tests/unit/rotation/test_attitude.py.
 
 from typing import Any
 
-from astroinertia.inertia.tensor import namespace
+import numpy as np
+
+from astroinertia.inertia.orthogonal import require_orthogonal
+from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
 _AXES = "xyz"
+_DIGITS = 1e-6  # by which a rotation that was written down may be off, as scenes take axes; what follows is off as much
 
 
 @with_quantities()
@@ -59,7 +63,8 @@ def rotation(vector: Array) -> Array:
 def rotation_vector(rotation: Array) -> Array:
     """The rotation vector (..., 3) of a rotation (..., 3, 3), of length 0 to pi; the inverse of `rotation`.
 
-    To round-off for any angle: at pi either of the two directions. Test: tests/unit/rotation/test_attitude.py.
+    To round-off for any angle: at pi either of the two directions. ValueError for a matrix that is no rotation.
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(rotation_vector(rotation(np.array([0.1, 0.2, 0.3]))).round(12))  # the inverse
     [0.1 0.2 0.3]
@@ -78,11 +83,13 @@ def quaternion(attitude: Array) -> Array:
     """The unit quaternion (..., 4), scalar first and not negative, of an attitude (..., 3, 3).
 
     Source: Shepperd (1978), Journal of Guidance and Control 1, 223: the largest of the four components is taken from
-    the diagonal, so that no digits are lost at any angle. Test: tests/unit/rotation/test_attitude.py.
+    the diagonal, so that no digits are lost at any angle. ValueError for a matrix that is no rotation (not seen inside
+    jit). Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(quaternion(rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(6))  # of a body turned about z
     [0.707107 0.       0.       0.707107]
     """
+    _require_rotation(attitude)
     xp = namespace(attitude)
     a = xp.asarray(attitude)
     xx, yy, zz = (a[..., k, k] for k in range(3))
@@ -164,12 +171,14 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     The inverse of `attitude_of_euler_angles`: first and third from -pi to pi; second from 0 to pi where the sequence
     begins and ends with the same axis, else from -pi/2 to pi/2. The angles give the attitude back to round-off
     everywhere; where the second is at an end of its range only a sum of the others is defined. ValueError for another
-    sequence than two or three different axes. Test: tests/unit/rotation/test_attitude.py.
+    sequence than two or three different axes, and for a matrix that is no rotation (not seen inside jit).
+    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(euler_angles(attitude_of_euler_angles(np.array([0.3, 0.4, 0.5]))).round(12))  # the inverse
     [0.3 0.4 0.5]
     """
     i, j, k = _axes(sequence)
+    _require_rotation(attitude)
     rest = 3 - i - j
     xp = namespace(attitude)
     turned = xp.swapaxes(attitude, -1, -2)
@@ -218,7 +227,10 @@ def angle_between(one: Array, other: Array) -> Array:
     0.250000
     """
     xp = namespace(one, other)
-    return xp.sqrt((rotation_vector(xp.swapaxes(one, -1, -2) @ other) ** 2).sum(-1))
+    one, other = xp.asarray(one), xp.asarray(other)
+    # A sum of products and no matrix product, for which an accelerator may use fewer digits.
+    between = (one[..., :, :, None] * other[..., :, None, :]).sum(-3)
+    return xp.sqrt((rotation_vector(between) ** 2).sum(-1))
 
 
 @with_quantities()
@@ -246,6 +258,13 @@ def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     turn = attitude @ xp.swapaxes(attitude_rate, -1, -2)
     turn = 0.5 * (turn - xp.swapaxes(turn, -1, -2))
     return xp.stack([turn[..., 2, 1], turn[..., 0, 2], turn[..., 1, 0]], axis=-1)
+
+
+def _require_rotation(matrix: Array) -> None:
+    """ValueError for matrices (..., 3, 3) that are no rotations; one with NaN is not known, nor is what follows."""
+    if is_known(matrix):
+        matrix = np.asarray(matrix)
+        require_orthogonal(matrix[~np.isnan(matrix).any((-2, -1))], _DIGITS, may_mirror=False)
 
 
 def _axes(sequence: str) -> tuple[int, int, int]:

@@ -119,6 +119,7 @@ def moments(
     if not np.isfinite(inertia).all():
         raise ValueError("the moments are too large for a number")
     principal, axes = principal_frame(inertia)
+    principal = _not_below(principal, matter.gap_tolerance * principal[-1])
     gap, undefined = principal_gap(principal), undefined_axes(principal, matter.gap_tolerance)
     gyration = tensor.radius_of_gyration(np.maximum(principal, 0.0), body.mass)
     lengths = tensor.equivalent_semi_axes(body.mass, principal)
@@ -149,7 +150,7 @@ def moments(
         direction = np.asarray(axis, dtype=float)
         if not np.linalg.norm(direction) > 0:
             raise ValueError("an axis needs a direction")
-        about_axis = float(tensor.moment_about(inertia, direction))
+        about_axis = float(_not_below(tensor.moment_about(inertia, direction), matter.gap_tolerance * principal[-1]))
         unit = direction / np.linalg.norm(direction)
         radius_about_axis = tensor.radius_of_gyration(max(about_axis, 0.0), body.mass)
         variables |= {
@@ -197,6 +198,11 @@ def gravity_field(matter: Matter, degree: int, radius: float | None = None, orig
     return particle_field(matter.masses, matter.points, degree, size, origin)
 
 
+def _not_below(moments: np.ndarray, round_off: float) -> np.ndarray:
+    """Moments, 0 where they are below it by no more than round-off of the tensor: no body has less."""
+    return np.where((moments < 0) & (moments >= -round_off), 0.0, moments)
+
+
 def _moment_unit(units: tuple[str, str]) -> str:
     return "1" if units == PLAIN else "kg m2"
 
@@ -209,9 +215,12 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
 
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
-        if path.is_dir():
-            raise SceneError(f"the run {path} has no snapshots yet")
-        return None
+        if not path.is_dir():
+            return None
+        model = dataset.open(path).attrs.get("model", "sph")
+        if model != "sph":
+            raise SceneError(f"the run {path} has no snapshots, for its model is {model}, which has no particles")
+        raise SceneError(f"the run {path} has no snapshots yet")
     # Not closed here: xarray shares the handle with whoever else has this file open in the process.
     if not {"snapshot_time", "particle"} <= set(snapshots.sizes):
         raise ArchiveError(f"{path} does not hold the particles of a run.")

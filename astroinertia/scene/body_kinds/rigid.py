@@ -54,6 +54,8 @@ class RigidBody(Body):
         if c > (a + b) * (1.0 + 1e-12):
             raise ValueError("needs moments of which none is larger than the sum of the others.")
         at_right_angles(self.axes_at_start)
+        if np.linalg.det(self.axes_at_start) < 0.0:
+            raise ValueError("needs axes_at_start that are right-handed.")
         return self
 
     @property

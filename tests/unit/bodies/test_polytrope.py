@@ -97,6 +97,8 @@ def test_indices_without_a_surface_are_refused(index):
 
 
 def test_questions_without_an_answer_are_refused():
+    with pytest.raises(TypeError, match=r"index of Polytrope must be a number, not '1.5'"):
+        Polytrope("1.5")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="incompressible"):
         _ = Polytrope(0.0).constant
     with pytest.raises(ValueError, match="index 3"):

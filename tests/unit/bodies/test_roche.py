@@ -44,6 +44,16 @@ def test_surface_is_level_with_the_tide(mass_ratio, c_over_a):
     assert body.angular_velocity**2 == pytest.approx((1 + mass_ratio) * body.tide * unit, rel=1e-13)
 
 
+def test_between_no_rotation_and_none_of_its_mass_only_the_tide_is_known():
+    """p = Omega^2/mu - 1 there, and no ratio of masses: a limit between those of p = -1 and 0, and no distance."""
+    slow = roche.limit(-0.5)
+    assert roche.limit(-1).scaled_distance < slow.scaled_distance < roche.limit(0).scaled_distance
+    assert slow.omega2 == pytest.approx(0.5 * slow.tide, rel=1e-14)
+    assert math.isnan(slow.distance)
+    with pytest.raises(ValueError, match=r"at least 0, or from -1 \(no rotation\) to 0 .* not -1.5"):
+        roche.limit(-1.5)
+
+
 def test_distance_in_the_users_units():
     body = roche.at_distance(0.5, 4.0, mass=2.0, mean_radius=3.0, gravitational_constant=0.5)
     assert body.scaled_distance == pytest.approx(4.0, rel=1e-14)

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from astroinertia.cli.main import main
+from astroinertia.guide import pages
 
 
 @pytest.fixture
@@ -42,9 +43,11 @@ def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
         assert str(written["source"].sel(body="Mars").values).startswith("Le Maistre")
 
 
-def test_markdown_has_a_source_in_every_row(capsys):
+def test_markdown_has_a_source_in_every_row_and_is_the_table_of_the_guide(capsys):
     assert main(["ratios", "--markdown"]) == 0
-    head, rule, *rows = capsys.readouterr().out.splitlines()
+    printed = capsys.readouterr().out
+    assert printed.strip() in pages.page("moment-ratios")
+    head, rule, *rows = printed.splitlines()
     assert len(rows) == 19
     assert {line.count("|") for line in (head, rule, *rows)} == {9}
     assert all(len(row.split("|")[-2].strip()) > 10 for row in rows)

@@ -10,10 +10,14 @@ from astroinertia.dataset import (
     headline,
 )
 from astroinertia.dataset.waves import waves
+from astroinertia.errors import AbsentError
 from astroinertia.inertia import growth
 from astroinertia.inertia.evolution import second_moment_acceleration
 from astroinertia.models.sph.record import _modes
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
+from tests.unit import affine_datasets
+from tests.unit.affine_body import METADATA, affine_run
+from tests.unit.rigid_body import RIGID, rigid_run
 
 MASS, APART = 1.4 * SOLAR_MASS, 1e8  # each of two stars, and their distance, in kg and m
 RATE = (GRAVITATIONAL_CONSTANT * 2 * MASS / APART**3) ** 0.5
@@ -146,6 +150,24 @@ def test_growth_and_turning_are_found_in_a_dataset():
         data.isel(time=slice(None, None, 14)).inertia.pattern_speed(2)
     with pytest.raises(ValueError, match="at least three"):
         data.inertia.growth_rate("bar_strength", 1.0, 1.05)
+
+
+def test_a_pattern_speed_needs_a_mode_that_has_a_size():
+    records, _ = affine_run(outputs=24, particles=64)
+    amplitude = np.zeros((len(records), 4))
+    phase = np.pi * np.resize([0.0, 1.0], amplitude.shape[::-1]).T
+    still = {name: np.stack([record[name] for record in records]) for name in records[0]}
+    round_body = headline(still | {"mode_amplitude": 1e-16 + amplitude, "mode_phase": phase}, METADATA)
+    with pytest.raises(AbsentError, match="azimuthal mode of order 2 has no size here, so its phase is undefined"):
+        round_body.inertia.pattern_speed(2)
+    with pytest.raises(AbsentError, match="no azimuthal mode of order 2: the body is known by its mass and moments"):
+        affine_datasets.headline(rigid_run()[:5], RIGID).inertia.pattern_speed(2)
+    # where the mode comes to have a size only later, its speed is that since then
+    amplitude[5:] = 0.1
+    phase[5:] = 2 * 0.3 * still["time"][5:, None]
+    grown = headline(still | {"mode_amplitude": amplitude, "mode_phase": phase}, METADATA)
+    found = grown.inertia.pattern_speed(2)["rate"] * grown.attrs["code_unit_time"]
+    assert float(found) == pytest.approx(0.3, rel=1e-12)
 
 
 def test_a_line_tells_its_error():

@@ -118,6 +118,16 @@ def test_the_picture_is_legible_and_the_table_tells_the_numbers(fine, particles)
     assert "differences are from 'sph, 5000 particles'" in text
 
 
+def test_a_run_of_a_far_smaller_body_has_its_own_numbers_in_the_table(fine, particles):
+    small = fine.assign(inertia_tensor=1e-30 * fine.inertia_tensor, mean_radius=1e-15 * fine.mean_radius)
+    runs = [small, particles]
+    text = ladder.ladder_table(runs, ladder.compared(runs, ["moment_of_inertia", "mean_radius"], finest=1), 1)
+    _, *rows = [line.split()[1:5] for line in text.splitlines() if line.startswith("ellipsoid")]
+    for row, series in zip(rows, (small.inertia.about_axis("spin"), small.mean_radius), strict=True):
+        wanted = [series[0], series.min(), series.max(), series[-1]]
+        assert [float(cell) for cell in row] == pytest.approx([float(each) for each in wanted], rel=1e-4)
+
+
 def test_a_run_that_is_the_same_is_said_to_be(fine, particles):
     runs = [fine, fine.copy(deep=True), particles]
     text = ladder.ladder_table(runs, ladder.compared(runs, finest=0), 0)

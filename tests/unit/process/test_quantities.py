@@ -189,7 +189,7 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
     ("call", "kind", "sentence"),
     [
         (lambda: sample(3 * u.km), InputError, "mass: must be a mass, not 3 km; write for example"),
-        (lambda: sample("3"), InputTypeError, "mass of sample must be a number, not something of the type str."),
+        (lambda: sample("3"), InputTypeError, "mass of sample must be a number, not '3'."),
         (lambda: sample("3 stone"), InputError, "mass: 'stone' is not a unit that is known here."),
         (lambda: sample("heavy"), InputError, "mass: 'heavy' is not a number and a unit"),
         (lambda: sample(1.0, [1 * u.s, 2 * u.s]), InputError, "radius: must be a length, not 1 s"),
@@ -203,7 +203,7 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
         (lambda: sample(1.0, mas=1.0), InputTypeError, "sample: got an unexpected keyword argument 'mas'."),
         (lambda: sample(None), InputTypeError, "mass of sample must be a number, not None."),
         (lambda: sample({}, 2.0), InputTypeError, "mass of sample must be a number, not something of the type dict."),
-        (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not something of"),
+        (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not 'x'."),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any, kind: type, sentence: str) -> None:

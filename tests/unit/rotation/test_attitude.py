@@ -93,6 +93,27 @@ def test_other_sequences_are_refused():
             attitude.euler_angles(np.eye(3), sequence)
 
 
+@pytest.mark.parametrize("function", [attitude.quaternion, attitude.rotation_vector, attitude.euler_angles])
+def test_a_matrix_that_is_no_rotation_is_refused_and_an_unknown_one_stays_unknown(function):
+    import jax
+
+    wrong = (np.diag([1, 1, -1]), 2.0 * np.eye(3), np.diag([1.0, 1.0, np.inf]), np.eye(2))
+    for matrix, words in zip(wrong, ("must not mirror", *["must be orthogonal"] * 3), strict=True):
+        for among in (matrix, np.stack([np.eye(len(matrix)), matrix])):
+            with pytest.raises(ValueError, match=words):
+                function(among)
+    some = np.stack([rotations(1)[0], np.full((3, 3), np.nan)])
+    np.testing.assert_allclose(function(some[0].round(8)), function(some[0]), rtol=0, atol=1e-7)  # as people write it
+    found = function(some)
+    np.testing.assert_array_equal(found[0], function(some[0]))
+    assert np.isnan(found[1]).all()
+    with jax.enable_x64(True):
+        known = jax.numpy.asarray(some[0])
+        with pytest.raises(ValueError, match="must be orthogonal"):
+            function(2.0 * known)
+        np.testing.assert_allclose(jax.jit(lambda: function(known))(), found[0], rtol=1e-14)
+
+
 def test_the_nearest_rotation_is_nearer_than_its_neighbours_and_never_a_reflection():
     generator = np.random.default_rng(3)
     for matrix in (generator.normal(size=(3, 3)), -rotations(1)[0], np.diag([2.0, 1.0, 0.5])):

@@ -84,6 +84,7 @@ def test_companions_are_read_in_si_with_angles_in_radians():
         (TOP, "body.moments=['0 kg m2', '0 kg m2', '0 kg m2']", "two at least are positive"),
         (TOP, "body.moment_ratios=[0.3, 0.3, 0.4]", "exactly one of moments and moment_ratios"),
         (TOP, "body.axes_at_start=[[1,0,0],[1,1,0],[0,0,1]]", "right angles"),
+        (TOP, "body.axes_at_start=[[1,0,0],[0,1,0],[0,0,-1]]", "right-handed"),
         (TOP, "model='sph'", "equation_of_state"),
         (TOP, "model='solid'", "model"),
         (TOP, "body.change={times=['1 s'], factors=[0.5, 0.2]}", "as many times as factors"),

@@ -9,8 +9,11 @@ import xarray as xr
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.inertia.mesh import icosphere
+from astroinertia.storage.archive import Archive
 from astroinertia.studies.moments import moments, read_matter
 from astroinertia.units import SOLAR_MASS, SOLAR_RADIUS
+from tests.unit.affine_body import METADATA, affine_run
+from tests.unit.rigid_body import RIGID, rigid_run
 
 BOX = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
 
@@ -115,6 +118,29 @@ def test_a_snapshot_is_chosen_by_its_number(tmp_path):
         read_matter(run, snapshot=count)
     with pytest.raises(SceneError, match="leave --units out"):
         read_matter(run, units=("g", "cm"))
+
+
+def test_a_run_without_particles_is_said_to_have_none(tmp_path):
+    for model, records, words in (
+        (RIGID, rigid_run(), "has no snapshots, for its model is rigid, which has no particles"),
+        ({**METADATA, "model": "sph"}, affine_run()[0], "has no snapshots yet"),
+    ):
+        with Archive.create(tmp_path / model["model"], model) as archive:
+            archive.write_segment(records[:3])
+        with pytest.raises(SceneError, match=words):
+            read_matter(tmp_path / model["model"])
+
+
+@pytest.mark.parametrize("end", [(1.0, 1.0, 1.0), (0.3, 0.7, 0.1), (1e-3, 2.0, -0.7), (3.0, 0.1, 5.0)])
+def test_a_thin_rod_has_no_moment_below_zero(tmp_path, end, capsys):
+    table = write_table(tmp_path / "rod.csv", np.ones(2), np.array([end, np.negative(end)]))
+    axis = ",".join(map(str, end))
+    found = moments(read_matter(table), axis=end)
+    for name in ("principal_moments", "moment_ratio", "axis_moment"):
+        assert (found[name] >= 0).all() and float(abs(found[name]).min()) < 1e-15 * float(np.dot(end, end))
+    assert main(["moments", str(table), f"--axis={axis}"]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert not any(line.startswith(("moment", "I/(M")) and "-" in line[20:].replace("e-", "") for line in printed)
 
 
 def test_the_command_prints_the_numbers(box, capsys):
