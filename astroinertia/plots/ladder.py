@@ -186,7 +186,7 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
 def _shared_scale(one: Compared) -> tuple[float, str]:
     """What the numbers of all runs are divided by, and their unit then: the plain one where they are far apart."""
     sizes = [float(np.nanmax(abs(line.values))) for line in one.lines.values()]
-    if max(sizes) > _FAR_APART * min(size for size in sizes if size > 0.0):
+    if max(sizes) > _FAR_APART * min((size for size in sizes if size > 0.0), default=np.inf):
         return 1.0, one.unit
     return style.scale_of(one.unit, *sizes)
 
