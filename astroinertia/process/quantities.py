@@ -183,9 +183,9 @@ class _Arguments:
             raise InputError(f"{name} has masked entries; give those that are not, as of {name}.compressed().")
         if name in self.counts:
             return value
-        if kind in ("i", "u"):  # products of whole numbers overflow, without a word
-            return value.astype(float)
-        return float(value) if type(value) is int else value
+        whole: Any = value
+        # Products of whole numbers overflow, without a word.
+        return 1.0 * whole if kind in ("i", "u") or type(value) is int else value
 
     @staticmethod
     def _said(name: str, convert: Callable[[], Any]) -> Any:

@@ -4,6 +4,7 @@ import ast
 import importlib
 import inspect
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax.numpy as jnp
@@ -214,7 +215,10 @@ def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any
     assert isinstance(caught.value, ValueError if kind is InputError else TypeError)
 
 
-@pytest.mark.parametrize("made", [list, np.asarray, lambda a: np.asarray(a, dtype=np.int32), jnp.asarray], ids=str)
+WHOLE = {"list": list, "array": np.asarray, "int32": partial(np.asarray, dtype=np.int32), "jax": jnp.asarray}
+
+
+@pytest.mark.parametrize("made", WHOLE.values(), ids=WHOLE)
 def test_whole_numbers_do_not_overflow(made: Any) -> None:
     """m d^2 of 1e12 kg at 5 km is 2.5e19 kg m2, beyond 64 bits, and a mass of 6e24 kg no number that these hold."""
     exact = np.diag([1.0, 1.0 + 2.5e19, 1.0 + 2.5e19])
