@@ -107,23 +107,26 @@ def followed(shells: Shells, end: float) -> list[Moment]:
 
 
 def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | None, alpha: np.ndarray) -> np.ndarray:
-    """The fastest signal (K,) of particles in the shells with neighbours that are so far away (K,): on either side
-    along the radius, even beyond the centre, and at the same radius. alpha (K,): the strength of viscosity.
+    """The fastest signal (K,) of particles in the shells with their neighbours along the radius, beyond the centre, and
+    at the same radius. reach (K,): of the kernel; alpha (K,): the strength of viscosity.
+
+    Particles are neighbours where one reaches the other: those of a shocked core see what falls in from afar.
     """
-    edge, middle = moment.radius, moment.middle
-    line, flow = (np.concatenate([-a[::-1], [0.0], a]) for a in (edge, moment.speed))
+    middle = moment.middle
+    line, flow = (np.concatenate([-a[::-1], [0.0], a]) for a in (moment.radius, moment.speed))
     speed = np.interp(middle, line, flow)
     gradient = (np.interp(middle + reach, line, flow) - np.interp(middle - reach, line, flow)) / (2.0 * reach)
     across = speed / middle * reach
-    of_all = [fastest(across, moment.sound, viscosity, alpha, across)]
+    fast = np.maximum(fastest(across, moment.sound, viscosity, alpha, across), moment.sound)
+    sound, strength = (0.5 * (a[:, None] + a) for a in (moment.sound, alpha))
     for side in (-1.0, 1.0):
-        there = np.clip(middle + side * reach, -edge[-1], edge[-1])
-        rate = side * (np.interp(there, line, flow) - speed)
-        sound = 0.5 * (moment.sound + np.interp(np.abs(there), middle, moment.sound))
-        mine, other = gradient * reach, np.interp(np.abs(there), middle, gradient) * reach
-        linear, trusted = 0.5 * (mine + other), agreement(mine, other)
-        of_all.append(fastest(rate, sound, viscosity, alpha, linear, trusted))
-    return np.maximum(np.max(of_all, axis=0), moment.sound)
+        apart = side * middle - middle[:, None]
+        rate = np.sign(apart) * (side * speed - speed[:, None])
+        mine, other = gradient[:, None] * abs(apart), gradient * abs(apart)
+        signal = fastest(rate, sound, viscosity, strength, 0.5 * (mine + other), agreement(mine, other))
+        seen = abs(apart) < np.maximum(reach[:, None], reach)
+        fast = np.maximum(fast, np.where(seen, signal, 0.0).max(axis=1))
+    return fast
 
 
 def steepening(moment: Moment, reach: np.ndarray) -> np.ndarray:

@@ -210,7 +210,7 @@ def picture(rows: dict[str, Any], path: Path) -> None:
             axis.loglog(list(found), [row[name] for row in found.values()], mark, label=label)
         axis.set_title(f"{problem.replace('_', ' ')}: {name.replace('_', ' ')}", fontsize=9)
         axis.grid(alpha=0.3, which="both")
-    axes[0, 0].legend(fontsize=8)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=8)
     figure.supxlabel("particles")
     figure.supylabel("L1 error")
     figure.savefig(path, dpi=90)

@@ -19,6 +19,7 @@ from astroinertia.storage.data_tables import data_path
 from tests.sims import SIMS
 
 RADIUS = (np.arange(1, 41) / 40) ** (1 / 3)  # of shells of one mass each, of a uniform sphere
+WHOLE = ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0")
 MASS = np.full(40, 1 / 40)
 AT_REST = Shells(MASS, RADIUS, in_balance(MASS, RADIUS), 5 / 3, (), 5 / 3, np.zeros(40))
 
@@ -135,8 +136,26 @@ def test_signals_are_sound_and_what_comes_together():
     assert falling[5:30] == pytest.approx(1.0 + 0.2 + 1.0)
     fallen = np.where(np.arange(40) < 20, 0.0, -3.0)  # on what is at rest, in one shell
     jump = signals(moment(fallen), reach, options, alpha)
-    assert jump.max() == pytest.approx(1.0 + 3.0 + 1.0 + 4.0 * 1.5)  # gradients over both sides make up for half
+    # Two shells apart, a quarter of which gradients over both sides account for.
+    assert jump.max() == pytest.approx(1.0 + 3.0 + 1.0 + 4.0 * (3.0 - 0.75))
     assert jump[5] == pytest.approx(2.0)
+
+
+def test_a_core_sees_what_falls_in_from_as_far_as_that_reaches():
+    """Within 0.2 nothing moves and lengths are short; what falls in from 0.5 on has long ones."""
+    options, radius = {"limiter": "none", "beta": 4.0}, np.arange(1, 41) / 40
+    falling = moment(np.where(radius > 0.5, -1.0, 0.0))
+    short = signals(falling, np.full(40, 0.05), options, np.ones(40))
+    long = signals(falling, np.where(radius > 0.5, 0.5, 0.05), options, np.ones(40))
+    assert short[2:8] == pytest.approx(2.0)
+    assert long[2:8] == pytest.approx(1.0 + 1.0 + 1.0 + 4.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(("settings", "taken"), [((), 1092), (WHOLE, 727)], ids=["as it ships", "whole stress"])
+def test_steps_of_evrards_collapse_are_about_as_many_as_a_run_takes(settings, taken):
+    """1000 particles: 848 and 721 are expected; 556 and 500 were where particles saw their own reach alone."""
+    done = course.done(load.load_file(SIMS / "evrard.toml", ["body.particles=1000", *settings]))
+    assert 0.75 * taken < done.steps[-1] < 1.1 * taken
 
 
 def test_viscosity_answers_to_what_begins_to_fall():
