@@ -78,7 +78,7 @@ def run(
     cells = np.stack(np.meshgrid(*(np.arange(n) for n in copies), indexing="ij"), axis=-1).reshape(-1, 3)
     home = np.mod(matter.position + 0.5 * size, size)
     position = np.concatenate([home + cell * size for cell in cells])
-    _write(folder / "start.hdf5", position, matter, len(cells), size * copies, eta * widest)
+    write_start(folder / "start.hdf5", position, matter, len(cells), size * copies, eta * widest)
     given = {"end": end, "every": every, "longest": end / STEPS, "eta": eta, "middle": LARGE / 2, "mass": 1 / GRAVITY}
     given["widest"] = 0.3 * float((size * copies).min()) / REACH  # lone particles that fly off
     (folder / "flow.yml").write_text(PARAMETERS.format(**given, softening=SOFTENING))
@@ -90,7 +90,7 @@ def run(
     return [_read(path, len(matter.mass), size) for path in sorted(folder.glob("flow_????.hdf5"))]
 
 
-def _write(path: Path, position: np.ndarray, matter: Matter, copies: int, size: np.ndarray, h: float) -> None:
+def write_start(path: Path, position: np.ndarray, matter: Matter, copies: int, size: np.ndarray, h: float) -> None:
     count = len(position)
     with h5py.File(path, "w") as file:
         header = file.create_group("/Header").attrs
