@@ -6,7 +6,6 @@ import pytest
 
 from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
-from astroinertia.models.rigid import passage
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import quaternion, rotation
@@ -179,10 +178,10 @@ def test_a_runaway_torque_is_said_to_fail():
 
 def test_a_body_that_turns_too_often_for_the_adaptive_integrator_gets_advice_what_to_take(monkeypatch):
     monkeypatch.setattr(adaptive, "MOST_STEPS", 200)
-    passage.passage.clear_cache()
+    jax.clear_caches()
     run = under_way([1.0, 2.0, 3.0], [0.1, 1.0, 0.1], settings=BEST["adaptive"])
     try:
         with pytest.raises(NumericalError, match=r"do not reach the next record: .*splitting, or the model scaling"):
             run.advance(1e4)
     finally:
-        passage.passage.clear_cache()
+        jax.clear_caches()
