@@ -131,7 +131,7 @@ def time_for(rows: list[dict[str, Any]], error: float) -> tuple[float, bool]:
     seconds, errors = (np.log([abs(row[name]) for row in rows]) for name in ("seconds", "kinetic"))
     k = int(np.clip(np.searchsorted(-errors, -np.log(error)), 1, len(rows) - 1))
     slope = (seconds[k] - seconds[k - 1]) / (errors[k] - errors[k - 1])
-    return float(np.exp(seconds[k] + slope * (np.log(error) - errors[k]))), not np.exp(errors[-1]) <= error
+    return float(np.exp(seconds[k] + slope * (np.log(error) - errors[k]))), not errors[-1] <= np.log(error) <= errors[0]
 
 
 def table(rows: dict[str, dict[str, Any]]) -> str:
