@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from fair_times import machine, processor_clock, rows_of
-from standard_swift import REACH, write_start
+from standard_swift import REACH, UNITS, write_start
 
 from astroinertia.build.assemble import prepare
 from astroinertia.scene import load
@@ -36,13 +36,9 @@ VARIANTS = {
 }
 WANTED = (0.1, 0.05, 0.03)  # errors of the kinetic peak
 # Time integration and gravity as in SWIFT's own example of this problem; softened over a tenth of its spacing.
-PARAMETERS = """\
-InternalUnitSystem:
-  UnitMass_in_cgs: 1
-  UnitLength_in_cgs: 1
-  UnitVelocity_in_cgs: 1
-  UnitCurrent_in_cgs: 1
-  UnitTemp_in_cgs: 1
+PARAMETERS = (
+    UNITS
+    + """\
 TimeIntegration:
   time_begin: 0.
   time_end: {end}
@@ -69,6 +65,7 @@ InitialConditions:
 PhysicalConstants:
   G: 1.
 """
+)
 
 
 def errors_of(time: np.ndarray, kinetic: np.ndarray, internal: np.ndarray) -> dict[str, float]:

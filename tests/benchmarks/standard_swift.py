@@ -24,14 +24,18 @@ REACH = 2.018932  # of the quartic spline, in SWIFT's smoothing lengths (Dehnen 
 LARGE = 4.0  # side of the box around matter that ends by itself
 GRAVITY = 6.67430e-8  # SWIFT's constant in these units: the point mass is to have G M = 1
 STEPS = 50  # at least, in a run
-# Courant number and the rest as in SWIFT's own examples.
-PARAMETERS = """\
+UNITS = """\
 InternalUnitSystem:
   UnitMass_in_cgs: 1
   UnitLength_in_cgs: 1
   UnitVelocity_in_cgs: 1
   UnitCurrent_in_cgs: 1
   UnitTemp_in_cgs: 1
+"""
+# Courant number and the rest as in SWIFT's own examples.
+PARAMETERS = (
+    UNITS
+    + """\
 Scheduler:
   max_top_level_cells: 64
 TimeIntegration:
@@ -59,6 +63,7 @@ PointMassPotential:
   timestep_mult: 0.03
   softening: {softening}
 """
+)
 
 
 def run(

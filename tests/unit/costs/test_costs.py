@@ -533,12 +533,9 @@ def test_base_steps_are_twice_the_longest_interval_where_several_pay():
     for star in (STAR, STAR.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"')):
         done = course.done(load.loads(star))
         assert done.base[-1] == done.steps[-1] and done.alike == pytest.approx(1.0)
-    settings = (
-        'numerics.timesteps="individual"',
-        'effects.viscosity.stress="whole"',
-        "effects.viscosity.alpha_max=1.0",
-    )
-    collapse = course.done(load.load_file(ROOT / "sims" / "evrard.toml", settings))
+    whole = ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0")
+    scene = load.load_file(ROOT / "sims" / "evrard.toml", ('numerics.timesteps="individual"', *whole))
+    collapse = course.done(scene)
     assert collapse.base[-1] < 0.9 * collapse.steps[-1] and 0.0 < collapse.alike < 1.0
     assert collapse.base[-1] == pytest.approx(607, rel=0.15)
     step = np.ones(2)
