@@ -38,6 +38,7 @@ checkpoint_seconds = 1e6
 """
 
 
+@pytest.mark.full
 def test_members_under_way_in_workers_are_saved_when_all_processes_get_a_signal(tmp_path):
     pytest.importorskip("distributed")
     (tmp_path / "sweep.toml").write_text(SCENE)

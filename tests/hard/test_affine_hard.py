@@ -51,6 +51,7 @@ def test_a_cold_sphere_collapses_to_a_point():
     assert "a point" in error.message and error.time == pytest.approx(np.pi / 2 / 2**0.5, rel=1e-10)
 
 
+@pytest.mark.full
 def test_loose_steps_see_the_collapse_too():
     _, error = stopped(affine_scenes.cold([1.0, 1.0, 0.7], STILL), 1e3, "numerics.tolerance=1e-4")
     assert "pancake" in error.message and error.time == pytest.approx(0.88369577131, rel=1e-3)
@@ -78,6 +79,7 @@ def test_a_strong_tide_tears_the_body_apart():
     assert long > 20.0 and long * middle * short == pytest.approx(1.0, rel=1e-12)
 
 
+@pytest.mark.full
 def test_a_weak_tide_only_raises_a_bulge():
     tide = TIDE.format(mass=1.0, distance=20.0)
     body = started(affine_scenes.incompressible([1.0, 1.0, 1.0], STILL, tide))

@@ -126,6 +126,7 @@ def random_tops(count):
             count -= 1
 
 
+@pytest.mark.full
 def test_any_top_at_any_time():
     for moments, spin, periods in random_tops(80):
         once = min(free_top.period(free_top.free_top(moments, spin)), 1.0 / abs(spin).max())

@@ -61,6 +61,7 @@ def fuzzed(folder, reader, seconds):
     }  # fmt: skip
 
 
+@pytest.mark.full
 @fuzzer
 def test_a_few_seconds_find_nothing(tmp_path):
     for seconds in (2, 8, 32):  # a machine that is busy takes longer

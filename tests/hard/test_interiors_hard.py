@@ -118,6 +118,7 @@ def test_two_separate_peaks_are_not_taken_for_a_posterior():
         summary(found, ["one", "other"])
 
 
+@pytest.mark.full
 def test_a_posterior_at_the_edge_of_what_exists_stays_inside():
     """A ratio of 0.399(3): half of its errors are above 0.4, where the core would be lighter than the mantle."""
     pytest.importorskip("emcee")

@@ -64,6 +64,7 @@ def judged(reading, folder, content, seed, count, commands):
     return counts
 
 
+@pytest.mark.full
 def test_mutated_results_are_read_or_refused(reading, content, tmp_path):
     found = judged(reading, tmp_path, content, 3, 24, ())
     assert found["read"] > 0 and found["refused"] > 7

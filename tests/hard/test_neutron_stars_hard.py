@@ -64,6 +64,7 @@ def test_no_gravity_to_speak_of(eta):
     )
 
 
+@pytest.mark.full
 def test_close_to_the_heaviest_star():
     """Masses within 1e-10 of the maximum have their star on the stable side; above it there is none."""
     for equation in (polytrope(100.0, 2.0), read2009("SLy")):

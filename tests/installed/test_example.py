@@ -53,7 +53,7 @@ THINGS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_it_is_planned_run_stopped_resumed_shown_and_reported(tmp_path, monkeypatch, capsys) -> None:
     installed = installed_in(tmp_path)
     (tmp_path / "scene.toml").write_text(SCENE)

@@ -31,6 +31,7 @@ series_every = 0.1
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("t_over_w", "seed", "end", "early", "late"), [
     (0.28, 0.005, 40.0, 0.053, -0.022), (0.28, 0.0005, 70.0, -0.019, -0.048), (0.29, 0.005, 25.0, 0.018, -0.017),
 ])  # fmt: skip

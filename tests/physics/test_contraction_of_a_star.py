@@ -40,6 +40,7 @@ def contracted(folder, *settings):
     )
 
 
+@pytest.mark.full
 def test_the_spin_of_a_contracting_star_goes_as_its_inertia(tmp_path):
     """A factor of 8 with 200 particles: omega I to 1e-6, what R^-2 misses to 1 %, half of the freed energy radiated."""
     settings = ["body.particles=200", "effects.cooling.time_scale='65 d'", "time.end='41.5 d'"]

@@ -1,8 +1,11 @@
 """What gradients from a matrix keep of the angular momentum of a star in differential rotation."""
 
+import pytest
+
 from tests.physics.test_stars_that_stay import DIFFERENTIAL, stayed
 
 
+@pytest.mark.full
 def test_gradients_from_a_matrix_keep_the_angular_momentum_of_the_inner_half():
     """500 particles, 300 neighbours, 20 dynamical times: 0.6 %, give or take 1 %; with the kernel's slope 5.3 %."""
     settings = "body.particles=500", "numerics.neighbours=300", 'effects.pressure.gradients="integral"'

@@ -66,6 +66,7 @@ FIGURES = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", FIGURES)
 def test_spectrum_is_that_of_the_jacobian(name):
     body = FIGURES[name]

@@ -177,6 +177,7 @@ def pass_errors(name, precision, kinds):
     return errors
 
 
+@pytest.mark.full
 def test_the_particle_set_is_hard(kinds):
     """A density contrast of 10^4, and no effect without weight in the sum."""
     fluid = evaluated("numba_cpu", "float64", kinds).fluid
@@ -228,7 +229,8 @@ def test_accelerations_and_heating_agree_effect_by_effect(kinds):
     assert one.timestep == pytest.approx(other.timestep, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["numba_cpu", pytest.param("xla", marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["numba_cpu", "xla"])
 def test_mixed_precision_costs_what_single_precision_pairs_cost(name, kinds):
     """A pair value goes through some 30 roundings, a few of them amplified by the slope of the kernel (below 10)."""
     errors = pass_errors(name, "mixed", kinds)

@@ -129,6 +129,7 @@ def test_an_ellipsoid_converges_at_full_size(family: str, result) -> None:
 UNBIASED = ('effects.pressure.order="fourth"', 'numerics.neighbours="rising"')
 
 
+@pytest.mark.full
 def test_a_toy_star_converges_with_rising_neighbours() -> None:
     """Measured at 1000 and 3000 particles: I_zz 0.0089 and 0.0059, axes 0.036 and 0.020; second order: I_zz 0.036."""
     coarse, fine = (ellipsoid_errors("toy_star", count, *UNBIASED) for count in (1000, 3000))
@@ -151,6 +152,7 @@ def test_a_toy_star_converges_with_rising_neighbours_to_ten_thousand(result) -> 
 WHOLE = ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0")
 
 
+@pytest.mark.full
 def test_shocks_of_evrards_cloud_heat_the_gas_by_what_they_should() -> None:
     """1000 particles: the peaks were 4.6 and 9.8 % low when measured, and with the whole stress 16.3 and 17.5 %.
 

@@ -1,6 +1,7 @@
 """A fluid under gravity by multipoles: what direct sums give, to the force error, with no net force."""
 
 import numpy as np
+import pytest
 
 from astroinertia.build import assemble
 from astroinertia.models.sph.evaluate import virial_tensors
@@ -14,6 +15,7 @@ SCENE = [
 ]  # fmt: skip
 
 
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_a_few_steps_are_those_of_direct_sums_and_keep_momentum():
     runs = {}
     for method in ("direct", "multipole"):

@@ -26,6 +26,7 @@ def ratio_to_theory(index: float, particles: int) -> float:
     return float(found) / found.attrs["exact"]
 
 
+@pytest.mark.full
 def test_few_particles_are_drawn_out_by_a_tide_as_the_fluid_is() -> None:
     """n = 1.5; measured with 1000 and 3000 particles: 0.996 of k2 and nearer; 400: 1.026, for the body is smaller."""
     assert ratio_to_theory(1.5, 400) == pytest.approx(1.0, abs=0.06)

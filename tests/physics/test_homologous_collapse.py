@@ -94,6 +94,7 @@ def test_individual_steps_follow_it_as_global_ones_do():
     assert abs(density) < 0.03
 
 
+@pytest.mark.full
 def test_splitting_the_pressure_of_pairs_errs_by_the_square_of_the_steps(monkeypatch):
     """Where intervals differ nevertheless, I is too large by 25, 6.1 and 1.5 % at courant 0.3, 0.15 and 0.075.
 

@@ -138,6 +138,7 @@ def test_stars_of_read_2009():
         assert star_of_mass(read2009(name), 1.4).radius_km == pytest.approx(radius, rel=0.015)
 
 
+@pytest.mark.full
 def test_i_love_q():
     """Yagi & Yunes 2013: their fits hold to 1% for realistic equations of state from 1 Msun to the maximum mass."""
     for name in ("SLy", "APR4", "MPA1", "MS1", "H4", "ALF2"):

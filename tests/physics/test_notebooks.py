@@ -64,6 +64,7 @@ def assert_written_is(source, found):
             assert same_text(text, today), f"{text}\n{today}"
 
 
+@pytest.mark.full(inputs=["sims/notebooks/collapse_experiment.py", "sims/notebooks/collapse_experiment.ipynb"])
 def test_collapse_experiment():
     names = [
         *("compression", "closure", "change_of_momentum", "spin_up", "by_inertia", "by_radius", "peak_ratio"),
@@ -108,6 +109,7 @@ def test_planetary_moment_ratios():
     assert_written_is(source, found)
 
 
+@pytest.mark.full(inputs=["sims/notebooks/ensemble_in_xarray.py", "sims/notebooks/ensemble_in_xarray.ipynb"])
 def test_ensemble_in_xarray():
     names = ["secular", "dynamical", "largest_error", "first_order", "first_order_log"]
     source = by_name("ensemble_in_xarray")

@@ -57,7 +57,11 @@ PARTS = "[regions.core]\ninnermost_mass = 0.5\n[regions.dense]\ndensity_above = 
 
 @pytest.mark.parametrize(
     ("settings", "parts"),
-    [(["numerics.timesteps=global"], PARTS), (["numerics.timesteps=individual"], PARTS), (["model=ellipsoid"], "")],
+    [
+        (["numerics.timesteps=global"], PARTS),
+        (["numerics.timesteps=individual"], PARTS),
+        pytest.param(["model=ellipsoid"], "", marks=pytest.mark.full),
+    ],
     ids=["global", "individual", "ellipsoid"],
 )
 def test_a_body_on_which_nothing_acts_flies_apart_at_its_own_speed(tmp_path, settings, parts):

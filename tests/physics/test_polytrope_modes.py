@@ -139,7 +139,7 @@ def test_radial_modes_by_shooting(index, gamma):
         pytest.param(0.3, 4.5, 2, marks=pytest.mark.full),
         pytest.param(0.7, 5 / 3, 3, marks=pytest.mark.full),
         (1.5, 5 / 3, 4),
-        (2.7, 5 / 3, 2),
+        pytest.param(2.7, 5 / 3, 2, marks=pytest.mark.full),
         pytest.param(2.7, 1.3, 3, marks=pytest.mark.full),
         pytest.param(3.5, 1.4, 2, marks=pytest.mark.full),
     ],

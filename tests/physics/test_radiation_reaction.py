@@ -91,6 +91,7 @@ def test_two_bodies_on_a_circle_lose_what_peters_found_and_spiral_in() -> None:
     assert lost == pytest.approx(left - 1.0, rel=1e-3)
 
 
+@pytest.mark.full
 def test_a_body_that_swings_along_one_axis_loses_the_energy_of_its_waves() -> None:
     """x = a cos(Omega t): the mean of (1/5) (G/c^5) |d3Q/dt3|^2 over whole periods, with no angular momentum at all."""
     light = 12.0

@@ -60,7 +60,7 @@ def differences(coupled, inside):
     return orbit.max(), *spin_differences(coupled, inside)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_orbit_and_spin_are_those_of_a_body_inside_rebound():
     time = 4.0 * ORBIT
     with jax.enable_x64(True):

@@ -74,8 +74,8 @@ def run(tmp_path_factory):
 @pytest.mark.parametrize(
     "settings",
     [
-        (),
-        COARSE,
+        pytest.param((), marks=pytest.mark.full),
+        pytest.param(COARSE, marks=pytest.mark.full),
         ("numerics.timesteps=individual", "time.max_steps=12"),
     ],
     ids=["every_step", "every_seventh", "individual"],

@@ -51,6 +51,7 @@ def test_structure_converges_to_the_exact_polytrope(index):
     assert abs(found[1600]["inertia"]) < 0.65 * abs(found[400]["inertia"])
 
 
+@pytest.mark.full
 def test_a_star_of_index_three_is_as_large_and_dense_as_the_exact_one():
     """600 particles: +2.1 % in I, +0.48 % in I W^2, -0.5 % in the central density; 1000: +1.3, +0.57, -0.2 %.
 

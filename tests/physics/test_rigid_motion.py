@@ -106,6 +106,7 @@ def test_the_heavy_top_nods_and_precesses_as_its_closed_form_says(tilt, rates, s
         assert abs(record["integration_energy_error"]) < 1e-11 * record["kinetic_energy"] + 1e-11
 
 
+@pytest.mark.full
 def test_both_integrators_agree_where_all_acts_at_once():
     acts = (
         effect("constant_torque", vector=[0.05, 0.0, 0.02], begin=1.0, until=4.0),
@@ -127,7 +128,8 @@ def test_both_integrators_agree_where_all_acts_at_once():
         assert max(abs(record["integration_energy_error"]) for record in records) < 3e-11
 
 
-@pytest.mark.parametrize("order", [4, pytest.param(6, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("order", [4, 6])
 def test_the_order_of_the_splitting_holds_with_all_kinds_of_torques(order):
     acts = (
         effect("constant_torque", vector=[0.05, 0.0, 0.2], frame="body"),

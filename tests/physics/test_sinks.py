@@ -115,7 +115,7 @@ def fallen(time: float, radius: float) -> float:
     return float(np.interp(time, np.sqrt(shells**2 / 2) * (np.arccos(np.sqrt(x)) + np.sqrt(x * (1 - x))), shells))
 
 
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_cold_collapse_is_accreted_as_it_falls(timesteps: str) -> None:
     """Without pressure, mass arrives at the sink's radius when theory has it there.
 

@@ -70,13 +70,14 @@ def test_a_vortex_converges_with_rising_neighbours_to_ten_thousand(tests: Any, r
     assert min(orders) >= 0.8
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("problem", "steps", "bar"),
     [
         ("gresho", "global", 0.19),
         ("square", "individual", 0.055),
-        pytest.param("gresho", "individual", 0.19, marks=pytest.mark.full),
-        pytest.param("square", "global", 0.055, marks=pytest.mark.full),
+        ("gresho", "individual", 0.19),
+        ("square", "global", 0.055),
     ],
 )
 def test_gradients_from_a_matrix_wear_a_vortex_down_less(tests: Any, problem: str, steps: str, bar: float) -> None:
@@ -87,6 +88,7 @@ def test_gradients_from_a_matrix_wear_a_vortex_down_less(tests: Any, problem: st
     assert tests.measured(problem, 1000, *tests.VARIANTS["whole"], f'numerics.timesteps="{steps}"')["velocity"] <= bar
 
 
+@pytest.mark.full
 def test_shear_layers_grow_as_they_should_where_conduction_leaves_them_alone(tests: Any) -> None:
     """1352 particles until t = 1: the mode's error is 0.054, and 0.132 with the kernel's gradients and no limiter."""
     assert tests.measured("kelvin_helmholtz", 1000, "time.end=1.0")["amplitude"] <= 0.065

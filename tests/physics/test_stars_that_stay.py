@@ -111,6 +111,7 @@ def test_a_star_at_rest_stays_and_rings_when_kicked() -> None:
     assert abs(rung(stay, periods=3.0)) < 0.04
 
 
+@pytest.mark.full
 def test_neighbours_keep_the_angular_momentum_of_a_star_in_differential_rotation_in_its_place() -> None:
     """500 particles for 10 dynamical times: the inner half lost 3.2 % with 300 neighbours, 11 % with 74."""
     stay = stayed(10.0, "body.particles=500", "numerics.neighbours=300", *DIFFERENTIAL)

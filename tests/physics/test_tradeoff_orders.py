@@ -30,7 +30,8 @@ def test_the_error_of_an_ellipsoid_goes_as_its_tolerance(tmp_path):
     assert not any(run.failure for run in table.measured.values())
 
 
-@pytest.mark.parametrize("order", [pytest.param(2, marks=pytest.mark.full), 4])
+@pytest.mark.full
+@pytest.mark.parametrize("order", [2, 4])
 def test_the_error_of_a_top_goes_as_its_steps(order, tmp_path):
     """A tennis racket in its first second, short of its flip, against Jacobi's functions."""
     settings = (f"numerics.order={order}", "time.end='0.5 s'", "numerics.steps_per_rotation=80")

@@ -18,7 +18,7 @@ SCENE = rigid_records.SCENE.replace("INTEGRATOR", "splitting")
 HOURS = 8766
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_hours_are_met_many_in_one_call_and_in_one_step_each(tmp_path, monkeypatch):
     calls = Counter()
 

@@ -39,6 +39,7 @@ def assert_alike(found, quantities):
         assert differences[worst] <= BAR, (count, worst, differences[worst])
 
 
+@pytest.mark.full
 def test_eight_devices_find_what_one_finds():
     """Densities, and sums and a largest over neighbours; the full test has gravity and derivatives, too."""
     assert_alike(differences_of(started("8", "--few", **VIRTUAL)), 5)

@@ -87,6 +87,7 @@ def test_two_processes_stop_together_and_the_first_alone_writes(tmp_path):
     assert one.equals(two)
 
 
+@pytest.mark.full
 def test_what_the_first_cannot_do_ends_all(tmp_path):
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "tennis_racket.nc").write_text("a result")

@@ -93,8 +93,9 @@ def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene, request):
     assert_same_runs(alone, tmp_path / "both")
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="the processes are found in /proc")
-@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.full)])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path, undisturbed, number):
     folder = tmp_path / "stopped"
     process = several(2, folder, STEPPED)

@@ -72,6 +72,7 @@ def results(tmp_path_factory):
     return {count: written(tmp_path_factory.mktemp(f"of_{count}"), count, 3, 2) for count in (10, FEW, MANY)}
 
 
+@pytest.mark.full
 def test_bytes_read_do_not_grow_with_the_particles(results):
     cases = [(state, kind) for state in ("finished", "unfinished") for kind in KINDS]
     asked = [(results[count] / state, results[10] / state, kind) for state, kind in cases for count in (FEW, MANY)]

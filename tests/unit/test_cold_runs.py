@@ -40,7 +40,12 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+ALWAYS = "next to none"
+
+
+@pytest.mark.parametrize(
+    "name", [name if name == ALWAYS else pytest.param(name, marks=pytest.mark.full) for name in CASES]
+)
 def test_a_cold_body_is_run_shown_exported_and_resumed(tmp_path, name, monkeypatch):
     energy, more = CASES[name]
     scene = load.loads(COLD.replace("ENERGY", energy).replace("MORE", more))

@@ -46,6 +46,7 @@ def test_beams_sag_as_their_curves_say(printed):
     assert float(rows[3][4]) != 0  # an angle sags sideways, too
 
 
+@pytest.mark.full
 def test_limbs_turn_bodies(printed):
     lines = printed("limbs")
     most, least, first, last = numbers(lines, "skater")
@@ -62,6 +63,7 @@ def test_tops_sleep_and_rise(printed):
     assert numbers(lines, "Jellett")[0] < 1e-9
 
 
+@pytest.mark.full
 def test_cells_grow_divide_and_come_to_rest(printed):
     lines = printed("cell_sheet", "--cells", 2)
     count, mean, scatter, wanted = numbers(lines, "elongation")

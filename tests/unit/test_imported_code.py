@@ -126,6 +126,7 @@ def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others()
     assert only_said.digest("tests/unit/gravity/test_multipole.py") == before["tests/unit/gravity/test_multipole.py"]
 
 
+@pytest.mark.full
 def test_what_a_run_of_the_command_line_imports_was_found(tmp_path):
     program = (
         "import sys; from astroinertia.cli.main import main; main(sys.argv[1:]);"

@@ -252,7 +252,7 @@ def squared_frequency(folder: Path, fluid: str = "", matter: Any = None) -> floa
     return (omega / (2.0 * np.pi)) ** 2
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_sound_waves_have_the_speed_of_the_equation(logotrope, tmp_path) -> None:
     """c^2 = A P0/rho0, to what particles on a lattice resolve: they add to it in proportion to P/rho."""
     isothermal = squared_frequency(tmp_path / "1", '{kind = "isothermal", sound_speed = 1.0}')
@@ -267,6 +267,7 @@ def test_sound_waves_have_the_speed_of_the_equation(logotrope, tmp_path) -> None
     assert squared_frequency(tmp_path / "4", matter=flat) == pytest.approx(expected, rel=2e-3)
 
 
+@pytest.mark.full
 def test_an_ellipsoid_of_it_pulsates_as_its_equation_of_motion_says(logotrope, tmp_path) -> None:
     """(3/5) M R'' = -(3/5) G M^2/R^2 + 4 pi R^2 P of a sphere whose density stays uniform."""
     scene = loads(NAMED, ["model=ellipsoid", "numerics.tolerance=1e-11", "time.end=2.0"], effects=[logotrope])
@@ -291,7 +292,7 @@ def test_an_ellipsoid_of_it_pulsates_as_its_equation_of_motion_says(logotrope, t
     "setting",
     [
         "numerics.precision=float64",
-        pytest.param("numerics.engine=xla", marks=pytest.mark.slow),
+        pytest.param("numerics.engine=xla", marks=pytest.mark.full),
         "numerics.timesteps=individual",
     ],
 )

@@ -73,6 +73,7 @@ def test_bars_grow_where_maclaurin_spheroids_bifurcate():
     assert maclaurin.dynamical_limit().rotational_to_gravitational == pytest.approx(DYNAMICAL, abs=5e-5)
 
 
+@pytest.mark.full
 def test_a_polytrope_at_a_share_of_break_up_is_one_that_was_spun_up():
     mass, radius, constant = 2.0, 3.0, 0.5
     rate = polytropic_rate(1.5, 0.8) * math.sqrt(constant * mass / radius**3)

@@ -25,8 +25,8 @@ def test_at_rest_the_bar_is_the_fundamental_mode() -> None:
     assert (2 * found.pattern_speed) ** 2 == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("eccentricity", [0.81267, 0.95, pytest.param(0.96, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("eccentricity", [0.81267, 0.95, 0.96])
 def test_bars_of_liquids(eccentricity: float) -> None:
     """Chandrasekhar's: at rest at 0.81267 (bifurcation), stable at 0.95, growing beyond 0.95289, then with Omega/2."""
     liquid = maclaurin.from_eccentricity(eccentricity)

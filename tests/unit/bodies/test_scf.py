@@ -208,6 +208,7 @@ def test_a_star_with_more_than_its_sequence_has_is_refused():
     assert rotating_star_with("angular_velocity", 0.0, polytropic_matter(1.5)).field.axis_ratio == 1.0
 
 
+@pytest.mark.full
 def test_a_stiff_star_far_beyond_its_sequence_is_refused_without_following_that_to_the_last_digit(monkeypatch):
     """Near its end each try takes a second: for a scene 49 of them, were the limit not that just found."""
     tries = []
@@ -227,7 +228,7 @@ def test_a_stiff_star_far_beyond_its_sequence_is_refused_without_following_that_
     assert len(tries) <= 1  # that there is none is known, too, where the sequence came by
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_value_in_the_last_thousandth_of_a_sequence_is_found():
     last, roughly = (end_of_sequence(polytropic_matter(0.02), within=within) for within in (1e-5, 1e-3))
     assert last.field.axis_ratio < roughly.field.axis_ratio - 1e-4

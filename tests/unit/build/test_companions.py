@@ -41,7 +41,7 @@ def evolution(text, origin=None):
     return start_rigid.evolution(scene, code_units(scene))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_torque_of_a_scene_and_its_reaction():
     with jax.enable_x64(True):
         alone, coupled = evolution(SCENE + MOON), evolution(SCENE + MOON + "[orbits]\nback_reaction = true\n")

@@ -210,7 +210,7 @@ def test_an_obliquity_turns_a_fluid_with_its_axis(model):
     assert tilted["inertia_tensor"] == pytest.approx(expected, rel=0.05, abs=0.05 if model == "sph" else 1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/tennis_racket.toml"])
 def test_a_body_that_a_splitting_follows_is_run_without_numba_and_diffrax(tmp_path):
     """To import them takes longer than to follow it."""
     program = (

@@ -191,7 +191,7 @@ def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, caps
     assert (elsewhere / "sweep.png").stat().st_size > 20_000
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_sweep_of_26_takes_little_more_processor_time_than_one_of_two(elsewhere):
     command = [sys.executable, "-m", "astroinertia", "ratios", "--body", "Mars", "--sweep"]
     seconds = []
@@ -204,7 +204,7 @@ def test_a_sweep_of_26_takes_little_more_processor_time_than_one_of_two(elsewher
     assert seconds[1] < 1.7 * seconds[0]  # 1.1 to 1.3 measured; most of both is to import
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_picture_has_every_known_body_with_labels_apart(elsewhere):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

@@ -32,7 +32,7 @@ def shown(run, folder, capsys):
     return printed[printed.index("pictures:") + 1 :], {path.stem: path.read_bytes() for path in folder.glob("*.png")}
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_two_processes_draw_the_pictures_that_one_draws(run, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(pictures, "FIGURES", {name: pictures.FIGURES[name] for name in SERIES})
     monkeypatch.setattr(show, "cores", lambda: 1)

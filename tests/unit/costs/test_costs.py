@@ -128,7 +128,7 @@ def test_a_cost_is_split_into_what_is_fixed_and_what_a_particle_adds():
     assert slope == Seconds(0.0, 0.0) and fixed == Seconds(2.0, 2.0)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_all_parts_of_a_step_are_timed():
     from astroinertia.costs import probes
 

@@ -1,10 +1,13 @@
 """What calibrations time."""
 
+import pytest
+
 from astroinertia.costs import probes
 from astroinertia.costs.machine import SHIPPED_SECONDS
 from astroinertia.process.stopwatch import Seconds
 
 
+@pytest.mark.full
 def test_intervals_are_timed_even_where_they_do_not_pay(monkeypatch):
     """Runs of so few particles choose global steps, which have no ends of intervals within."""
     monkeypatch.setattr(probes, "BY_THEMSELVES", 64)

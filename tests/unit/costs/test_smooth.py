@@ -11,6 +11,7 @@ from astroinertia.costs.probe_scenes import COMPANION, RIGID
 from astroinertia.scene import load
 
 
+@pytest.mark.full
 def test_a_top_is_fastest_where_its_polhode_says():
     text = """
 name = "top"

@@ -106,7 +106,7 @@ def test_a_fast_gyroscope_precesses_by_the_torque_over_its_spin(tmp_path):
     assert rate == pytest.approx(0.1 * 9.81 * 0.04 / (7e-5 * 4000.0), rel=5e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/earth_precession.toml"])
 def test_the_earth_precesses_and_nods_as_the_formulae_of_sun_and_moon_say(tmp_path):
     """As `verify` has it; the run is one turn of the node, and two sines of the year are left in the rate."""
     ds = ran(tmp_path, SIMS / "earth_precession.toml")
@@ -131,7 +131,7 @@ def test_a_small_wobble_settles_in_the_time_that_the_scene_says(tmp_path):
     assert "settling time 100" in summary(ds)
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/chandler_wobble.toml"])
 def test_the_elastic_earth_wobbles_in_the_time_that_its_attitude_shows(tmp_path):
     ds = ran(tmp_path, SIMS / "chandler_wobble.toml", "time.end=300 d")
     assert ds.wobble_period.values[1:-1] / DAY == pytest.approx(445.39, abs=0.3)

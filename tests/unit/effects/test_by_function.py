@@ -96,7 +96,9 @@ def drag(monkeypatch: pytest.MonkeyPatch) -> Any:
 # What it does
 
 
-@pytest.mark.parametrize("setting", ['engine="numba_cpu"', 'engine="xla"', 'timesteps="individual"'])
+@pytest.mark.parametrize(
+    "setting", ['engine="numba_cpu"', pytest.param('engine="xla"', marks=pytest.mark.full), 'timesteps="individual"']
+)
 def test_drag_by_a_function_is_that_of_the_class(drag, tmp_path, setting) -> None:
     scene = loads(SCENE, [f"numerics.{setting}"])
     by_class, by_function = (run(scene, tmp_path / name, effect) for name, effect in (("a", drag), ("b", cubic)))
@@ -147,7 +149,8 @@ def test_states_and_accelerations_are_in_si(tmp_path) -> None:
     assert "the function" in ds.attrs["own_effects"] and "wind" in ds.attrs["own_effects"]
 
 
-@pytest.mark.parametrize("integrator", ["splitting", pytest.param("adaptive", marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("integrator", ["splitting", "adaptive"])
 def test_a_torque_by_a_function_is_that_of_an_effect(tmp_path, integrator) -> None:
     """By a callable object, which serves as well."""
 

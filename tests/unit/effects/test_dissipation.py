@@ -360,7 +360,7 @@ def test_the_shear_limiter_spares_streams_that_slide_past_each_other_and_not_wha
     assert conducted(both, position, limiter="shear") == pytest.approx(0.5 * conducted(both, position), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_shear_limiter_is_the_same_in_both_engines() -> None:
     """Rounding apart, on flows of which the limiter leaves between nothing and all."""
     position, random = ball(), np.random.default_rng(6)

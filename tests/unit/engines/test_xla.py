@@ -190,7 +190,7 @@ def random_direction(fields):
     return jnp.asarray(np.random.default_rng(6).normal(size=fields["position"].shape))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_reverse_derivatives_of_sums_are_right():
     """At given smoothing lengths: tests/physics/test_variational.py differentiates through those that are solved."""
     engine = Engine(wide_leaf=32, motion=0.05)

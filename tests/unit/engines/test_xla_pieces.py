@@ -92,6 +92,7 @@ def test_within_a_program_it_is_a_part_of_it_and_has_derivatives():
     np.testing.assert_allclose(slope, jax.grad(partial(total, some_work))(array), rtol=1e-13)
 
 
+@pytest.mark.full
 def test_a_step_of_particles_is_that_of_one_program_and_has_the_passes_of_the_first_state(compilations):
     position = ball(60)
     pressure, engine = build("pressure", {}), Engine()

@@ -64,7 +64,7 @@ def listed(chunks, empty):
     return np.stack([target[source < empty], source[source < empty]], axis=1)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_every_pair_of_particles_is_in_the_lists_once_and_both_ways():
     _, _, lists, _, _ = made(300, 0.05)
     count, leaves, nodes = 300, lists.slots.shape[0], lists.first.shape[0]
@@ -125,7 +125,6 @@ def test_errors_are_about_what_is_asked_for(tolerance, order):
         assert np.abs(sums["virial"] - tensor).max() < 1e-13 * np.abs(tensor).max()
 
 
-@pytest.mark.slow
 @pytest.mark.full
 @pytest.mark.parametrize("unit", [1.0, 1e-7])
 def test_mixed_precision_holds_numbers_of_any_size(unit):

@@ -294,8 +294,8 @@ def test_mass_and_length_scale_out(name, mass, length):
     np.testing.assert_allclose(other.mass / mass, one.mass, rtol=1e-15)
 
 
+@pytest.mark.full
 @given(st.sampled_from(sorted(SIZES)))
-@pytest.mark.slow
 def test_derivatives_by_the_sizes_obey_eulers_identity(name):
     with jax.enable_x64(True):
         sizes = tuple(jnp.asarray(size, float) for size in SIZES[name])

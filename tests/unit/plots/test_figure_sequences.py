@@ -10,7 +10,7 @@ from astroinertia.bodies.ellipsoid_stability import spectrum
 from astroinertia.plots.figure_sequences import figure_sequences
 
 
-@pytest.mark.slow  # several hundred figures and a compiler
+@pytest.mark.full
 def test_picture_of_homogeneous_figures(tmp_path):
     figure = figure_sequences(8)
     figure.savefig(tmp_path / "sequences.png")

@@ -114,6 +114,7 @@ def test_programs_of_another_processor_are_not_read_and_nothing_is_said_of_ones_
     assert compiled(tmp_path) == (processor, place, 0, misses)
 
 
+@pytest.mark.full
 def test_the_command_line_keeps_programs_by_processor_and_says_nothing_of_it(tmp_path):
     program = (
         "import sys; from astroinertia.cli.main import main; code = main(['ratios', '--body', 'Mars']); "

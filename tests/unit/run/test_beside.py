@@ -66,7 +66,7 @@ def run_alone(scene: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> set[
     return run
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_all_programs_of_a_run_are_known_before_it(tmp_path, monkeypatch) -> None:
     run_alone(load_file(SIMS / "evrard.toml", MANY), tmp_path, monkeypatch)
 

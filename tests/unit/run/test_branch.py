@@ -130,6 +130,7 @@ def test_a_branch_that_is_stopped_goes_on_bit_for_bit(star, tmp_path, monkeypatc
     assert parts.equals(again)
 
 
+@pytest.mark.full
 def test_an_ellipsoid_branches_and_goes_on_bit_for_bit(tmp_path) -> None:
     astroinertia.run_scene(loads(DROP), tmp_path / "run")
     whole = opened(astroinertia.run_scene(loads(DROP, ["time.end=3.0"]), tmp_path / "whole"))
@@ -148,7 +149,7 @@ def test_an_ellipsoid_branches_and_goes_on_bit_for_bit(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("integrator", "changed"),
     [
-        ("adaptive", "effects.internal_dissipation.time_scale=60 s"),
+        pytest.param("adaptive", "effects.internal_dissipation.time_scale=60 s", marks=pytest.mark.full),
         ("splitting", "effects.constant_torque.vector=['0 N m', '0 N m', '-0.5 N m']"),
     ],
     ids=["adaptive", "splitting"],

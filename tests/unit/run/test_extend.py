@@ -89,11 +89,11 @@ def opened(path: Any) -> Any:
 @pytest.mark.parametrize(
     ("text", "settings", "end"),
     [
-        (STAR, [], "time.end=0.8"),
+        pytest.param(STAR, [], "time.end=0.8", marks=pytest.mark.full),
         (STAR, ['numerics.timesteps="individual"'], "time.end=0.8"),
-        (WHEEL, [], 'time.end="4 s"'),
+        pytest.param(WHEEL, [], 'time.end="4 s"', marks=pytest.mark.full),
         (WHEEL, ['numerics.integrator="splitting"'], 'time.end="4 s"'),
-        (DROP, [], "time.end=4.0"),
+        pytest.param(DROP, [], "time.end=4.0", marks=pytest.mark.full),
     ],
     ids=["global", "individual", "adaptive", "splitting", "ellipsoid"],
 )

@@ -87,7 +87,7 @@ def test_the_line_of_such_a_run_names_the_plan() -> None:
     assert "WARNING" not in usual
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_particles_are_run_resumed_and_shown_without_jax(tmp_path: Path) -> None:
     """To import it takes longer than what they would need of it."""
     settings = [word for setting in [*PARTICLES, "time.max_steps=2"] for word in ("--set", setting)]

@@ -32,8 +32,8 @@ else:
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("timesteps", "later"), [("global", 0), pytest.param("individual", 1, marks=pytest.mark.full)])
+@pytest.mark.full(inputs=["sims/evrard.toml"])
+@pytest.mark.parametrize(("timesteps", "later"), [("global", 0), ("individual", 1)])
 def test_a_run_after_it_compiles_no_pass_over_neighbours(timesteps: str, later: int, tmp_path: Path) -> None:
     """What only later steps need is one loop: the limit by contact of matter that has become fast."""
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "ASTROINERTIA_CACHE": str(tmp_path / "kernels")}

@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from astroinertia.scene import bodies
 from astroinertia.scene.initial_body import Body
 from astroinertia.scene.kinds import kinds_of
@@ -123,6 +125,7 @@ print("both ran")
 """
 
 
+@pytest.mark.full
 def test_an_effect_a_body_an_equation_of_state_and_an_observable_are_one_file_each(tmp_path) -> None:
     for folder, text in (("bodies", CUSP), ("fluids", MONATOMIC), ("effects", RESISTANCE)):
         (tmp_path / folder).mkdir()

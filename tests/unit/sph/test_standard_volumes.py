@@ -39,7 +39,7 @@ def placed(text, *settings):
     return problem, particles(scene, units, initial, problem)
 
 
-@pytest.mark.parametrize("order", ["second", "fourth"])
+@pytest.mark.parametrize("order", [pytest.param("second", marks=pytest.mark.full), "fourth"])
 def test_forces_follow_from_the_energy(text, order):
     """m a . d is minus the slope of the energy along displacements d of all particles; no force is left over.
 

@@ -147,6 +147,7 @@ WRITER = """
 """
 
 
+@pytest.mark.full
 def test_kill_9_at_random_instants_leaves_a_consistent_folder_that_goes_on(tmp_path):
     instants, more = random.Random(5), random.Random(6)  # how often a folder is looked at depends on the machine
     outputs = []

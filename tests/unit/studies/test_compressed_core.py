@@ -74,6 +74,7 @@ def test_matter_that_is_too_soft_for_any_core_is_refused():
         compressed_core(MARS, 0, *soft)
 
 
+@pytest.mark.full
 def test_what_the_layers_are_taken_for_is_what_is_printed(capsys):
     planet = ["--mass", "3.22497e24 kg", "--radius", "5102.48 km", "--moment-ratio", "0.34", "--core-density", "9500"]
     assert main(["ratios", *planet, "--crust-thickness", "60", "--crust-density", "2900", "--compressed"]) == 0

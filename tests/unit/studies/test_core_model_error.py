@@ -14,10 +14,8 @@ from astroinertia.studies.moment_ratio import moment_ratio
 from astroinertia.studies.two_layers import two_layers
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["Earth", "Titan", *(pytest.param(name, marks=pytest.mark.full) for name in ("Mars", "Mercury"))]
-)
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["Earth", "Titan", "Mars", "Mercury"])
 def test_the_share_of_compression_is_that_of_the_full_equations(name):
     """Hydrostatic planets by collocation, with their own search for three unknowns, share nothing with the estimate."""
     one = body(name)

@@ -26,7 +26,7 @@ def posterior():
     return infer_interior(observed, {"core_density": Gaussian(8000.0, 60.0)}, seed=1, **QUICK)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_posterior_is_the_exact_inversion_with_its_propagated_errors(posterior):
     """With Gaussian inputs and small errors the posterior is Gaussian with the covariance of the exact jacobian."""
     exact = two_layers_with_errors(4000.0, RATIO, [1.0, 2e-4, 60.0], core_density=8000.0)
@@ -77,7 +77,6 @@ def test_j2_and_flattening_are_the_love_number_times_the_rotation():
     assert float(found["love_number"].std()) == pytest.approx(3e-6 / small_m, rel=0.1)
 
 
-@pytest.mark.slow
 @pytest.mark.full
 def test_three_layers_of_the_moon_agree_with_the_inversion_draw_by_draw():
     """The same distribution by two roads: sampling, and exact inversion of draws from the errors."""

@@ -113,7 +113,7 @@ def test_a_body_without_a_ratio_cannot_be_inverted(monkeypatch):
     assert planets.body("Mars") is mars
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_package_and_its_studies_import_no_extras():
     code = (
         "import sys, astroinertia, astroinertia.cli.main, astroinertia.studies.interior_inference, "

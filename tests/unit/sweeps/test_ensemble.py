@@ -148,7 +148,7 @@ def open_ports(process):
     return found & listening
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="only Linux lists sockets there")
 def test_workers_open_no_port_and_a_killed_one_loses_nothing(grid, tmp_path):
     before, others, seen = open_ports(os.getpid()), processes_below(os.getpid()), []  # a cluster of other tests, too
@@ -167,7 +167,7 @@ def test_workers_open_no_port_and_a_killed_one_loses_nothing(grid, tmp_path):
     assert not set(seen) & set(processes_below(os.getpid()))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_are_not(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "TRIES", 1)
 

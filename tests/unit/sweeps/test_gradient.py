@@ -141,7 +141,7 @@ def test_gradients_are_those_of_differences_of_runs(name, tmp_path):
     assert max(abs(ours[series]).max() for series in SERIES) > 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_gradients_of_particles_add_up_as_dimensions_ask():
     """Where M grows with R^3, times stay and lengths are R: three times d/d ln M and d/d ln R of I add up to 5 I."""
     run = members(scene(COLD), ("body.mass", "body.radius"))
@@ -174,9 +174,8 @@ def test_members_of_which_some_have_waves_too_faint_for_a_spectrum_have_a_gradie
     assert answer.gradient.values[0] * 1500 == pytest.approx(2.0 * answer.value.values, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("body", "wanted"), [(STAR, 0.8), pytest.param(GAS, 0.45, marks=pytest.mark.full)], ids=["ellipsoid", "particles"]
-)
+@pytest.mark.full
+@pytest.mark.parametrize(("body", "wanted"), [(STAR, 0.8), (GAS, 0.45)], ids=["ellipsoid", "particles"])
 def test_the_initial_spin_for_a_final_one_is_found_in_under_ten_evaluations(body, wanted):
     """Newton's method, from a period of 12, which is 0.52 at first, and in the end not what is wanted."""
     period, spins = 12.0, []
@@ -212,6 +211,7 @@ def test_what_cannot_be_differentiated_is_said_in_one_sentence(tables, of, by, s
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("digits", [5, 14])
 def test_a_body_that_is_built_in_jumps_is_refused_and_one_of_round_off_is_not(digits, monkeypatch):
     """Jumps of 1e-4, as wide as the members are apart, are seen in the first state; of 1e-13, they are round-off."""
@@ -232,6 +232,7 @@ def test_a_body_that_is_built_in_jumps_is_refused_and_one_of_round_off_is_not(di
         astroinertia.gradient(TOP, of="angular_velocity.z", by=["body.rotation.period"])
 
 
+@pytest.mark.full
 def test_blows_add_to_an_angular_momentum_and_not_to_its_derivative():
     """L = L_0 + blows, and L_0 goes as 1/period."""
     blows = {

@@ -39,6 +39,7 @@ def test_a_core_that_shrinks_answers_as_its_conserved_momentum_says(tmp_path):
         assert (abs(slope.values - expected) <= error.values + 1e-9 * abs(here.values).max()).all()
 
 
+@pytest.mark.full
 def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
     """I = M R^2 f(t (G M/R^3)^(1/2)) of dust: 3 d ln I/d ln M + d ln I/d ln R = 5."""
     tables = {

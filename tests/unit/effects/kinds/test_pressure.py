@@ -109,6 +109,7 @@ def test_uniform_expansion_is_exact_however_particles_lie():
     assert np.abs(other.rates.heating[0] / rate)[inside].max() > 1e-3
 
 
+@pytest.mark.full
 def test_disorder_pushes_less_than_with_the_kernels_gradients():
     """rms errors of a linear pressure's push, and of its part that goes with the gradient: 0.90 and 0.89 of those."""
     gradient = np.array([0.3, -0.2, 0.1])
@@ -157,6 +158,7 @@ def test_neighbours_that_leave_a_direction_out_give_no_infinite_push(shape):
     assert np.abs(state.rates.total.sum(axis=0)).max() <= 1e-12 * np.abs(state.rates.total).sum()
 
 
+@pytest.mark.full
 def test_both_engines_have_the_same_forces_and_heat():
     problem, one, _, order = disordered(INTEGRAL, count=300)
     with jax.enable_x64(True):

@@ -149,6 +149,7 @@ def test_a_small_wobble_decays_in_the_time_that_is_given(settings, rate):
     assert np.hypot(*spin(run)[:2]) == pytest.approx(1e-4 * np.exp(-2.0), rel=1e-6)
 
 
+@pytest.mark.full
 @both
 def test_the_bulge_of_an_elastic_body_slows_its_wobble(settings):
     # The wobble of a small angle has the rate Omega (C - A - D Omega^2) / (A + D Omega^2): no bulge follows the pole.

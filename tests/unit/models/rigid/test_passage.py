@@ -66,6 +66,7 @@ def test_no_more_steps_are_taken_than_may_be():
     assert steps[-2] < 50 <= steps[-1] == run.steps
 
 
+@pytest.mark.full
 def test_what_was_met_before_the_motion_cannot_go_on_is_kept():
     brake = effect("dipole_braking", period=1.0, period_derivative=0.5, index=-4.0, speed_of_light=1.0)
     run = under_way([1.0, 1.0, 1.2], [0.0, 0.0, 2.0 * np.pi], brake, settings=ADAPTIVE)
@@ -78,6 +79,7 @@ def test_what_was_met_before_the_motion_cannot_go_on_is_kept():
     assert rows[-1]["time"] < error.value.time <= times[len(rows)]
 
 
+@pytest.mark.full(inputs=["sims/asteroid_settles.toml"])
 def test_a_run_of_five_hundred_records_takes_a_few_calls(tmp_path, monkeypatch):
     """The steps of a year of hourly records (tests/benchmarks/rigid_records.py), fewer of them."""
     calls = []

@@ -81,6 +81,7 @@ def test_pairs_and_surroundings_are_in_the_ledger_to_rounding(matter: Any) -> No
     np.testing.assert_allclose(thermal + gained, exact, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.full
 def test_what_a_limit_takes_is_not_in_the_ledger(matter: Any) -> None:
     """A stays at half of what it was; the ledger gives the two effects the heat that came, in proportion to theirs."""
     mixed = matter.of(MATERIAL)

@@ -107,7 +107,7 @@ def test_effects_between_neighbours_are_refused_beside_it() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_scene_of_planets_runs(timesteps: str, tmp_path: Path) -> None:
     mass, position, velocity, speed = planets()
     rows = np.column_stack([position, velocity, mass])
