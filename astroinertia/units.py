@@ -255,6 +255,19 @@ def astropy_quantity(values: Any, unit: str) -> Any:
     return astropy_units.Quantity(values, "" if unit == "1" else unit)
 
 
+def parsed(text: str) -> Any:
+    """A quantity string of any unit as an astropy Quantity; SceneError where it is none.
+
+    >>> print(parsed("1e12 G").to("T"))
+    100000000.0 T
+    """
+    parts = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
+    if parts is not None:
+        with suppress(ValueError, TypeError):
+            return astropy_quantity(float(parts[1]), parts[2])
+    raise SceneError(f"'{shown(text)}' is not a number and a unit that is known here.")
+
+
 def with_unit(value: Any) -> Any:
     """What has a unit, as an astropy Quantity: one, an array of unyt or a series of a dataset; None for all else.
 

@@ -109,6 +109,7 @@ class ColdSpheroid:
         speeds = self._speed * float(rate), self._speed * float(rate + change)
         return Collapse("pancake", self._time * float(time), self._length * float(a), 0.0, *speeds)
 
+    @with_quantities()
     def motion(self, times) -> Motion:
         """Semi-axes and rates at times (...,) from 0 to less than that of the collapse; ValueError outside.
 

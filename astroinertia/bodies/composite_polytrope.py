@@ -124,12 +124,14 @@ class CompositePolytrope:
         """The apsidal constant k_l/2, l from 2 to 8."""
         return self.love_number(degree) / 2
 
+    @with_quantities(r="m")
     def density(self, r) -> np.ndarray:
         """Density at radius r, that of the envelope at the interface, zero outside; to 1e-9 of the central one."""
         inside, theta, outside, share = self._thetas(r)
         envelope = self.weight_ratio * self.core.t[-1] ** (4 * self.core_index) * share**self.envelope_index
         return self.central_density * np.where(inside, theta**self.core_index, np.where(outside, 0.0, envelope))
 
+    @with_quantities(r="m")
     def pressure(self, r) -> np.ndarray:
         """Pressure at radius r, zero outside; to 1e-9 of the central one."""
         inside, theta, outside, share = self._thetas(r)
@@ -137,6 +139,7 @@ class CompositePolytrope:
         within = np.where(inside, theta ** (self.core_index + 1), np.where(outside, 0.0, envelope))
         return self.central_pressure * within
 
+    @with_quantities(r="m")
     def enclosed_mass(self, r) -> np.ndarray:
         """Mass inside radius r; to 1e-9 of the whole."""
         at = np.asarray(r, dtype=float) / self.radius * self.envelope.r[-1]
@@ -230,6 +233,7 @@ def composite_polytrope(
     if t >= _innermost(indices[0]):
         raise ValueError(f"the core is smaller than {CORE_START:g} units of length of Lane-Emden's equation")
     core, envelope = _zones(indices, weight_ratio, t, _NODES, DEGREES)
+    require_positive(mass=mass, radius=radius, gravitational_constant=gravitational_constant)
     return CompositePolytrope(*indices, weight_ratio, mass, radius, gravitational_constant, core, envelope)
 
 

@@ -131,6 +131,7 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
     return DarwinEllipsoid(math.sqrt(y), math.sqrt(z), omega2, gap=float(gap)).rescaled(**scale)
 
 
+@with_quantities()
 def contact(**scale: float) -> DarwinEllipsoid:
     """Return the figure whose two bodies touch, d = 2a. Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
@@ -158,6 +159,7 @@ def _log_angular_momentum(y, z, gap):
     return np.log(((2 + 2 * y) / 5 + 2 * gap**2) / root**2) + 0.5 * np.log(_rates(y, z, gap)[1])
 
 
+@with_quantities()
 def closest(**scale: float) -> DarwinEllipsoid:
     """Return the figure of least separation d/R_mean. Source: Lai et al. 1993. Test: tests/unit/bodies/test_roche.py.
 
@@ -167,6 +169,7 @@ def closest(**scale: float) -> DarwinEllipsoid:
     return _turning_point("separation").rescaled(**scale)
 
 
+@with_quantities()
 def secular_limit(**scale: float) -> DarwinEllipsoid:
     """Return the figure of least energy and angular momentum: closer ones are secularly unstable.
 

@@ -13,6 +13,7 @@ from astroinertia.bodies import ellipsoid_gravity
 from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field
 from astroinertia.process.positive import require_positive
+from astroinertia.process.quantities import with_quantities
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class HomogeneousEllipsoid(EquilibriumFigure):
     mean_radius: float = 1.0
     gravitational_constant: float = 1.0
 
+    @with_quantities()
     def rescaled(self, mass: float = 1.0, mean_radius: float = 1.0, gravitational_constant: float = 1.0) -> Self:
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
         scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}

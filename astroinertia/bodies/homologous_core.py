@@ -16,7 +16,7 @@ Tests: tests/unit/bodies/test_homologous_core.py.
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -24,6 +24,8 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import hermite
 from astroinertia.bodies.roots import bisected
+from astroinertia.process.positive import require_positive
+from astroinertia.process.quantities import with_quantities
 
 GAMMA = 4.0 / 3.0
 _SERIES_END = 0.04  # x up to which four terms of the series at the centre are exact to round-off
@@ -208,6 +210,11 @@ class HomologousCore:
     start: Start = "parabolic"
     gravitational_constant: float = 1.0
 
+    def __post_init__(self) -> None:
+        if self.start not in get_args(Start):
+            raise ValueError(f"start must be {' or '.join(get_args(Start))}, not {self.start!r:.40}")
+        require_positive(mass=self.mass, radius=self.radius, gravitational_constant=self.gravitational_constant)
+
     @property
     def profile(self) -> HomologousProfile:
         """The dimensionless solution."""
@@ -271,6 +278,7 @@ class HomologousCore:
         scale = self.scale
         return 12 * math.pi * self.central_pressure * scale**3 * self.profile.work
 
+    @with_quantities()
     def scale_factor(self, time) -> np.ndarray:
         """a at times of the shape of `time`; ValueError after the collapse, or before t = 0."""
         time = np.asarray(time, dtype=float)
@@ -300,30 +308,36 @@ class HomologousCore:
         u = np.arccos(np.sqrt(a))
         return (u + np.sqrt(a * (1 - a))) / math.sqrt(2 * self.deceleration)
 
+    @with_quantities()
     def expansion_rate(self, time) -> np.ndarray:
         """a'/a at times, negative: the velocity over the distance."""
         a = self.scale_factor(time)
         energy = 0.5 * self.starting_rate**2 - self.deceleration
         return -np.sqrt(np.maximum(2 * (energy + self.deceleration / a), 0.0)) / a
 
+    @with_quantities()
     def moment_at(self, time) -> np.ndarray:
         """I at times: a^2 times the first."""
         return self.moment_of_inertia * self.scale_factor(time) ** 2
 
+    @with_quantities(r="m")
     def density(self, r, time=0.0) -> np.ndarray:
         """Density at radius r and time, zero outside."""
         a = self.scale_factor(time)
         return self.central_density * self.profile.f_at(np.asarray(r, dtype=float) / (a * self.scale)) ** 3 / a**3
 
+    @with_quantities(r="m")
     def pressure(self, r, time=0.0) -> np.ndarray:
         """Pressure at radius r and time, zero outside."""
         return self.constant * self.density(r, time) ** GAMMA
 
+    @with_quantities(r="m")
     def enclosed_mass(self, r, time=0.0) -> np.ndarray:
         """Mass inside radius r at a time."""
         profile, a = self.profile, self.scale_factor(time)
         return self.mass * profile.mass_at(np.asarray(r, dtype=float) / (a * self.scale)) / profile.surface_mass
 
+    @with_quantities()
     def radius_enclosing(self, mass) -> np.ndarray:
         """Radius at t = 0 inside which a given mass lies: bisection on the cumulative mass, to round-off."""
         profile = self.profile

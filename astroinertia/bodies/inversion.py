@@ -44,6 +44,7 @@ class TwoLayers:
         core = self.core_density * self.core_radius_ratio**3
         return core / (core + self.mantle_density * (1 - self.core_radius_ratio**3))
 
+    @with_quantities()
     def body(self, mean_radius: Array = 1.0, gravitational_constant: Array = 1.0) -> LayeredBody:
         """The layered body of this structure (of scalars) with a mean radius."""
         xp = np if all(is_known(leaf) for leaf in jax.tree.leaves((self, mean_radius))) else jnp

@@ -87,6 +87,7 @@ class LayeredBody:
         density = jnp.sum(self.coefficients[:, None, :] * _powers(x, self.coefficients.shape[1]), axis=-1)
         return jnp.all(jnp.diff(density.ravel()) <= _RISE * jnp.max(density))
 
+    @with_quantities(r="m")
     @double_precision()
     def density(self, r: Array) -> Array:
         """Density at radii r of any shape, at a boundary that of the layer below; zero outside."""
@@ -95,6 +96,7 @@ class LayeredBody:
         rho = jnp.sum(self.coefficients[layer] * _powers(x, self.coefficients.shape[1]), axis=-1)
         return jnp.where(x <= 1, rho, 0.0)
 
+    @with_quantities(r="m")
     @double_precision()
     def enclosed_mass(self, r: Array) -> Array:
         """Mass inside radii r of any shape, constant outside."""
@@ -103,6 +105,7 @@ class LayeredBody:
         offset = layer_bounds(self)[2][layer]
         return _FOUR_PI * self.mean_radius**3 * (offset + _own_mean(self, layer, x) * x**3)
 
+    @with_quantities(r="m")
     @double_precision()
     def gravity(self, r: Array) -> Array:
         """G m/r^2 at radii r of any shape, zero at the centre."""
@@ -114,6 +117,7 @@ class LayeredBody:
         at_depth = offset / safe**2 + _own_mean(self, layer, inside) * inside
         return _FOUR_PI * self.gravitational_constant * self.mean_radius * at_depth / jnp.maximum(x, 1.0) ** 2
 
+    @with_quantities(r="m")
     @double_precision()
     def pressure(self, r: Array) -> Array:
         """Hydrostatic pressure at radii r of any shape, the exact integral of rho g from r to the surface; 0 there."""

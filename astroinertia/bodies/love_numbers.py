@@ -143,7 +143,7 @@ def interior(name: str) -> YieldingBody:
 _COLUMNS = ("radius_km", "density_g_cm3", "vp_km_s", "vs_km_s")
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def love_numbers(planet: YieldingBody, degree: int = 2, frequency: Array = math.inf, load: bool = False) -> LoveNumbers:
     """k, h and l of a degree n >= 2 at forcing frequencies (rad/s, any shape), elastic without one.
 

@@ -127,6 +127,7 @@ def quadrupole_bar_of_love(tidal_deformability, check_range: bool = True) -> np.
     return _yagi_yunes("quadrupole_bar of tidal_deformability", x)
 
 
+@with_quantities()
 def kepler_period(mass, radius, gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> np.ndarray:
     """2 pi sqrt(R^3/(G M)): the period of a circular orbit at the equator of a sphere (SI, or with the G given).
 
@@ -138,6 +139,7 @@ def kepler_period(mass, radius, gravitational_constant: float = GRAVITATIONAL_CO
     return 2 * math.pi * np.sqrt(np.asarray(radius, dtype=float) ** 3 / (gravitational_constant * np.asarray(mass)))
 
 
+@with_quantities()
 def roche_shedding_period(mass, radius, gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> np.ndarray:
     """(3/2)^(3/2) times the Kepler period of the non-rotating sphere: Newtonian mass shedding in Roche's model.
 

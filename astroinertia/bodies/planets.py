@@ -6,6 +6,7 @@ normalised with, and is only ever compared after `moment_ratios.convert_moment_r
 Tests: tests/unit/bodies/test_planets.py.
 """
 
+import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -126,11 +127,13 @@ class SolarSystemBody:
         """Omega^2 a^3/(GM) with the equatorial radius."""
         return self.angular_velocity**2 * self.equatorial_radius**3 / self.gravitational_parameter
 
+    @with_quantities()
     def zonal_harmonic(self, radius: float | None = None) -> float:
         """Return J2 for a reference radius in m, the equatorial one unless given: J2 goes as radius^-2."""
         j2 = self.adopted("j2")
         return j2.value * (j2.radius / (self.equatorial_radius if radius is None else radius)) ** 2
 
+    @with_quantities()
     def moment_ratio(self, kind: str = "mean", radius: float | None = None) -> MomentRatio:
         """Return the adopted moment ratio as "mean" or "polar", for a radius in m: the mean radius unless given.
 
@@ -168,8 +171,8 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
     """Return a body that is not in the table, from its mass (kg), mean radius (m) and other quantities of the table.
 
     quantities: mean_moment_ratio, of that radius, core_density, mantle_density, crust_thickness, crust_density, ...
-    in SI, each with name_uncertainty beside it where it has one; densities and crust count as assumed.
-    studies.core_inversion has its core.
+    in SI, each with name_uncertainty beside it where it has one; densities and crust count as assumed. ValueError for
+    another name. studies.core_inversion has its core.
 
     >>> planet = own_body("mine", 6e24, 6.4e6, mean_moment_ratio=0.33, mean_moment_ratio_uncertainty=0.001)
     >>> print(planet.moment_ratio().value, planet.has("core_density"))
@@ -177,6 +180,11 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
     """
     if not isinstance(name, str):
         raise ValueError(f"the name of a body must be text, not {name!r:.60}")
+    known_names = {quantity_name for body in solar_system().values() for quantity_name in body.published}
+    for key in quantities:
+        if key.removesuffix(_ERROR) not in known_names:
+            near = difflib.get_close_matches(key, sorted(known_names), 1, 0.0)[0]
+            raise ValueError(f"{key} is no quantity of the table of bodies; did you mean {near}?")
     for key, value in {"mass": mass, "mean_radius": mean_radius, **quantities}.items():
         known = key.endswith(_ERROR) or (np.ndim(value) == 0 and np.isfinite(value))
         if not known or (key in ("mass", "mean_radius") and value <= 0):

@@ -15,6 +15,7 @@ import numpy as np
 
 from astroinertia.bodies.roots import bisected
 from astroinertia.errors import NumericalError
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
@@ -181,6 +182,7 @@ class Polytrope:
     def __post_init__(self) -> None:
         if not 0 <= float(self.index) < 5:
             raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {self.index!r}")
+        require_positive(mass=self.mass, radius=self.radius, gravitational_constant=self.gravitational_constant)
 
     @property
     def solution(self) -> LaneEmden:
@@ -230,17 +232,20 @@ class Polytrope:
         """I about any axis through the centre, (2/3) of the integral of rho r^2."""
         return self.solution.moment_ratio * self.mass * self.radius**2
 
+    @with_quantities(r="m")
     def density(self, r) -> np.ndarray:
         """Density at radius r, zero outside."""
         r = np.asarray(r, dtype=float)
         theta = self.solution.theta_at(r * self.solution.xi_1 / self.radius)
         return np.where(r < self.radius, self.central_density * theta**self.index, 0.0)
 
+    @with_quantities(r="m")
     def pressure(self, r) -> np.ndarray:
         """Pressure at radius r, zero outside."""
         theta = self.solution.theta_at(np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius)
         return self.central_pressure * theta ** (self.index + 1)
 
+    @with_quantities(r="m")
     def enclosed_mass(self, r) -> np.ndarray:
         """Mass inside radius r."""
         xi = np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius
@@ -252,6 +257,7 @@ class Polytrope:
         keep = np.concatenate([[True], np.diff(solution.mass) > 0])
         return np.cbrt(solution.mass[keep] / solution.surface_mass), solution.xi[keep] / solution.xi_1
 
+    @with_quantities()
     def radius_enclosing(self, mass) -> np.ndarray:
         """Radius inside which a given mass lies: bisection on the cumulative mass, to round-off."""
         fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
@@ -263,6 +269,7 @@ class Polytrope:
         inside = np.where(fraction <= 0.0, 0.0, share * self.radius)
         return np.where(fraction >= 1.0, self.radius, inside)
 
+    @with_quantities()
     def entropy_function(self, mass, gamma: float) -> np.ndarray:
         """A(m) = P/rho^gamma on the shell that encloses `mass`: what holds the same body up with another gamma.
 
@@ -283,6 +290,7 @@ def polytrope_radius(index: float, mass: float, constant: float, gravitational_c
     >>> print(f"{polytrope_radius(1.5, 2.0, 1.0) / polytrope_radius(1.5, 1.0, 1.0):.6f}")  # R ~ M^(-1/3)
     0.793701
     """
+    require_positive(mass=mass, constant=constant, gravitational_constant=gravitational_constant)
     if abs(index - 3) < 1e-9:
         raise ValueError("a polytrope of index 3 has any radius: its mass, not its radius, follows from K")
     unit = Polytrope(index).constant * gravitational_constant

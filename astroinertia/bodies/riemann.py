@@ -102,6 +102,7 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
         internal = math.copysign(math.sqrt(self.omega2), self.internal_rate)
         return replace(self, omega2=self.internal_rate**2, internal_rate=internal)
 
+    @with_quantities()
     def deformation(self, time: float = 0.0) -> np.ndarray:
         """F (3, 3) with x = F X for fluid at X in the sphere of the mean radius: R(Omega t) diag(axes) R(Lambda t)/R.
 
@@ -110,6 +111,7 @@ class RiemannEllipsoid(HomogeneousEllipsoid):
         turned = rotation_about_z(self.angular_velocity * time) @ np.diag(self.axes / self.mean_radius)
         return turned @ rotation_about_z(self.internal_angular_velocity * time)
 
+    @with_quantities()
     def deformation_rate(self, time: float = 0.0) -> np.ndarray:
         """dF/dt (3, 3) at a time. Test: tests/unit/bodies/test_riemann.py."""
         deformation = self.deformation(time)

@@ -15,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from astroinertia.bodies.rotating_star import end_of_sequence, rotating_star
 from astroinertia.bodies.rotation_laws import RIGID, RotationLaw
 from astroinertia.matter.barotropes import polytropic_matter
+from astroinertia.process.quantities import with_quantities
 
 QUANTITIES = ("angular_velocity", "axis_ratio", "rotational_to_gravitational", "polar_moment", "energy")
 
@@ -29,6 +30,7 @@ class RotatingSequence:
     angular_momentum: np.ndarray
     figures: np.ndarray
 
+    @with_quantities()
     def at(self, angular_momentum) -> dict[str, np.ndarray]:
         """The QUANTITIES of stars with these angular momenta; ValueError for one that no star of the sequence has."""
         wanted = np.asarray(angular_momentum, dtype=float)

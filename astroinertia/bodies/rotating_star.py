@@ -20,6 +20,7 @@ from astroinertia.bodies.scf import Field, Resolution, check_field, solve_field
 from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import ScaledLaw
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
@@ -164,6 +165,7 @@ class RotatingStar(EquilibriumFigure):
         """J2, J4, ... with the equatorial radius, as many as the field has."""
         return -self.field.exterior[1:] / self.field.exterior[0]
 
+    @with_quantities(w="m", z="m")
     def level(self, w, z) -> np.ndarray:
         """Enthalpy over its maximum at distance w from the axis and height z; negative outside, -1 beyond the equator.
 
@@ -180,14 +182,17 @@ class RotatingStar(EquilibriumFigure):
         outside = (r > 1) | (r < field.mesh.edges[0])
         return np.where(outside, -1.0, level).reshape(w.shape)
 
+    @with_quantities(w="m", z="m")
     def density(self, w, z) -> np.ndarray:
         """Density at distance w from the axis and height z, zero outside."""
         return self.max_density * self.field.matter.density(self.level(w, z))
 
+    @with_quantities(w="m", z="m")
     def pressure(self, w, z) -> np.ndarray:
         """Pressure at distance w from the axis and height z, zero outside."""
         return self.max_density * self.max_enthalpy * self.field.matter.pressure(self.level(w, z))
 
+    @with_quantities(w="m")
     def rotation_rate(self, w) -> np.ndarray:
         """Omega at distance w from the axis."""
         return self.angular_velocity * self.rotation_law.rate(w)
@@ -247,6 +252,7 @@ def rotating_star(
     >>> print(f"{rotating_star(polytropic_matter(1.5), 0.8).rotational_to_gravitational:.4f}")
     0.0375
     """
+    require_positive(mass=mass, equatorial_radius=equatorial_radius, gravitational_constant=gravitational_constant)
     field = _field(matter, axis_ratio, law, resolution)
     check_field(field)
     if (error := RotatingStar(field).virial_error) > _VIRIAL_ERROR:
@@ -282,28 +288,28 @@ def _sought(matter: ScaledLaw, axis_ratio: float, law: Law, resolution: Resoluti
 
 @with_quantities()
 def end_of_sequence(
-    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, within: float = _BY_TRIAL, **units: float
+    matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None, within: float = _BY_TRIAL, **scale: float
 ) -> RotatingStar:
     """Return the flattest star of a sequence: at mass shedding (keplerian_fraction 1 to 1e-8), or before it is torn.
 
     within: of the axis ratio, how closely an end is sought that only trial finds; mass shedding is always found to
-    1e-9. `units` are mass, equatorial_radius and gravitational_constant. Sequences that become flatter than an axis
+    1e-9. `scale` is mass, equatorial_radius and gravitational_constant. Sequences that become flatter than an axis
     ratio of 1/20, or than 96 harmonics can resolve (a liquid at 0.22), are followed to there.
     Test: tests/hard/test_scf_hard.py.
     """
-    return _march(lambda star: -1.0, matter, law, resolution, within, units)[0]
+    return _march(lambda star: -1.0, matter, law, resolution, within, scale)[0]
 
 
 @with_quantities()
 def rotating_star_with(
     quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
-    **units: float,
+    **scale: float,
 ) -> RotatingStar:  # fmt: skip
     """Return the first star, from rest on, of which a property has a value, as ("t_over_w", 0.1) or ("spin", 0.5).
 
     `quantity` is spin (the angular velocity on the axis), period (of that), breakup_fraction (keplerian_fraction, below
     1), t_over_w, angular_momentum or axis_ratio, or the name of another number of RotatingStar that rotation makes
-    larger; in units of mass, equatorial_radius and gravitational_constant (`units`). ValueError for a value that none
+    larger; in units of mass, equatorial_radius and gravitational_constant (`scale`). ValueError for a value that none
     can have and for another quantity; NumericalError, with the limit, where the sequence ends before.
     Test: tests/unit/bodies/test_scf.py.
 
@@ -312,8 +318,8 @@ def rotating_star_with(
     0.7041
     """
     if quantity == "axis_ratio":
-        return rotating_star(matter, value, law, resolution=resolution, **units)
-    at_rest = rotating_star(matter, 1.0, law, resolution=resolution, **units)
+        return rotating_star(matter, value, law, resolution=resolution, **scale)
+    at_rest = rotating_star(matter, 1.0, law, resolution=resolution, **scale)
     name = _PROPERTIES.get(quantity, quantity)
     if not isinstance(getattr(at_rest, name, None), float):
         raise ValueError(f"quantity must be one of axis_ratio, {', '.join(_PROPERTIES)}, not {quantity!r}")
@@ -327,19 +333,19 @@ def rotating_star_with(
     if not math.isfinite(wanted) or excess(at_rest) > 1e-12 * max(abs(wanted), 1e-300):
         limit = "positive" if quantity == "period" else f"finite and at least {getattr(at_rest, name):g}"
         raise ValueError(f"{quantity} must be {limit}, not {value!r}")
-    star, bracket, end = _march(excess, matter, law, resolution, ROUGHLY, units)
+    star, bracket, end = _march(excess, matter, law, resolution, ROUGHLY, scale)
     if bracket is None and -excess(at_rest) < _BEYOND * (excess(star) - excess(at_rest)):
-        star, bracket, end = _march(excess, matter, law, resolution, _BY_TRIAL, units)
+        star, bracket, end = _march(excess, matter, law, resolution, _BY_TRIAL, scale)
     if bracket is None:
         most = f"down to axis ratio {star.field.axis_ratio:.5g} it reaches {shown(getattr(star, name)):.6g}"
         message = f"no {matter.name} with {law.kind} rotation was found with a {quantity} of {value:g}: {most}"
         raise NumericalError(f"{message}, and {end}" if end else message)
 
     def at(ratio: float) -> float:
-        return excess(rotating_star(matter, ratio, law, resolution=resolution, **units))
+        return excess(rotating_star(matter, ratio, law, resolution=resolution, **scale))
 
     root = float(root_scalar(at, bracket=bracket, method="brentq", xtol=1e-13, rtol=1e-12).root)
-    return rotating_star(matter, root, law, resolution=resolution, **units)
+    return rotating_star(matter, root, law, resolution=resolution, **scale)
 
 
 def _period(spin: float) -> float:

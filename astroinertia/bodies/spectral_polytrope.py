@@ -219,6 +219,7 @@ class RotatingPolytrope(EquilibriumFigure):
             raise NumericalError("the surface of the rotating polytrope was not found at the points asked for")
         return at_mu.r * self.mean_radius / self._mean
 
+    @with_quantities(r="m")
     def density(self, r, mu) -> np.ndarray:
         """Density at radius r and mu = cos(colatitude), of any shapes that broadcast; zero outside."""
         r, mu = np.broadcast_arrays(np.asarray(r, float), np.asarray(mu, float))
@@ -226,10 +227,12 @@ class RotatingPolytrope(EquilibriumFigure):
         density = self._dimensionless_density(np.where(inside, r, 0.0) * self._mean / self.mean_radius, mu)
         return np.where(inside, density * self._density_unit, 0.0)
 
+    @with_quantities(r="m")
     def pressure(self, r, mu) -> np.ndarray:
         """Pressure K rho^2 at radius r and mu = cos(colatitude), of any shapes that broadcast; zero outside."""
         return self.constant * self.density(r, mu) ** 2
 
+    @with_quantities()
     def rescaled(self, mass: float, mean_radius: float, gravitational_constant: float) -> "RotatingPolytrope":
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
         scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}

@@ -37,6 +37,12 @@ def snapshot_quantity(name: str, shape: tuple[int, ...]) -> Quantity:
     return Quantity(dims[: len(shape) + 1], None, "1", name.replace("_", " "), "not in the schema; in code units")
 
 
+def present(snapshot: xr.Dataset) -> xr.Dataset:
+    """One snapshot without the particles that sinks have accreted, which are NaN in it."""
+    there = np.isfinite(snapshot["mass"].values)
+    return snapshot if there.all() else snapshot.isel(particle=there)
+
+
 class RunFolder(BackendEntrypoint):
     """Opens the snapshots of a run folder by xarray, which keeps what was read, or gives it to dask."""
 

@@ -203,5 +203,5 @@ def _choices(places: int, values: np.ndarray, most: int) -> np.ndarray:
         what = np.array(list(itertools.product(values, repeat=k)))
         part = np.zeros((len(where), len(what), places))
         np.put_along_axis(part, np.broadcast_to(where[:, None], (len(where), len(what), k)), what[None], axis=2)
-        parts.append(part.reshape(-1, places))
+        parts.append(part.reshape(len(where) * len(what), places))
     return np.concatenate(parts)

@@ -61,7 +61,9 @@ class GravityField:
         return self.coefficients / _convention(self.degree, normalization, csphase)
 
     def zonal_harmonic(self, degree: int) -> float:
-        """J_l = -C_l0, not normalised, about z."""
+        """J_l = -C_l0, not normalised, about z; ValueError for a degree that the field has not."""
+        if not 0 <= degree <= self.degree:
+            raise ValueError(f"the field has the degrees 0 to {self.degree}, not {degree}")
         return float(-self.coefficients[0, degree, 0] * math.sqrt(2 * degree + 1))
 
     @property

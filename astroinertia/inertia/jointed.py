@@ -133,6 +133,10 @@ def free_turning(
         return 0.5 * np.append(scalar * w + np.cross(vector, w), -vector @ w)
 
     start = Rotation.identity().as_quat()
-    path = solve_ivp(rate, (times[0], times[-1]), start, "DOP853", times, rtol=_TOLERANCE, atol=_TOLERANCE)
-    attitudes = Rotation.from_quat(path.y.T)
+    if times[-1] == times[0]:  # which is no way to go
+        quaternions = np.tile(start, (len(times), 1))
+    else:
+        path = solve_ivp(rate, (times[0], times[-1]), start, "DOP853", times, rtol=_TOLERANCE, atol=_TOLERANCE)
+        quaternions = path.y.T
+    attitudes = Rotation.from_quat(quaternions)
     return attitudes.as_matrix(), np.array([spin(time, one) for time, one in zip(times, attitudes, strict=True)])

@@ -51,6 +51,7 @@ class LayeredEllipsoid:
         values = self._masses() @ self.semi_axes**2 / 5.0
         return inertia_from_second_moment(np.einsum("k,ki,kj->ij", values, self.axes, self.axes))
 
+    @with_quantities()
     def gravity_field(self, degree: int, radius: float) -> GravityField:
         """The field about the centre, with a reference radius."""
         return layered_field(self.densities, self.semi_axes, degree, radius).rotated(self.axes.T)

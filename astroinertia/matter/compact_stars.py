@@ -191,6 +191,7 @@ class Barotrope:
         )
 
 
+@with_quantities()
 def geometric_density(density) -> np.ndarray:
     """Density in units of G = c = Msun = 1 from one in kg m-3.
 
@@ -200,6 +201,7 @@ def geometric_density(density) -> np.ndarray:
     return np.asarray(density, dtype=float) / _SOLAR_DENSITY
 
 
+@with_quantities()
 def geometric_pressure(pressure) -> np.ndarray:
     """Pressure in units of G = c = Msun = 1 from one in Pa.
 
@@ -230,6 +232,7 @@ def energy_polytrope(constant: float, gamma: float) -> Barotrope:
     )
 
 
+@with_quantities(density=None)
 def constant_density(density: float) -> Barotrope:
     """The incompressible star e = rho0 = density (Schwarzschild 1916); ValueError unless density > 0.
 
@@ -240,6 +243,7 @@ def constant_density(density: float) -> Barotrope:
     return Barotrope("constant density", (0.0, math.inf), (PowerLaw(density, 1.0, 0.0, 0.0),))
 
 
+@with_quantities(densities=None)
 def piecewise_polytrope(
     constant: float,
     gammas: Sequence[float],

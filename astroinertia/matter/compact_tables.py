@@ -18,6 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from astroinertia.matter.compact_stars import Barotrope, Piece, PowerLaw
+from astroinertia.process.quantities import with_quantities
 
 _FEWEST_ROWS = 4
 _FIRST = 16  # knots a row: tables of four rows a decade then keep pieces of power laws to 1e-8
@@ -113,6 +114,7 @@ def _rows(name: str, values, count: int) -> np.ndarray:
     return rows
 
 
+@with_quantities(pressure=None)
 def tabulated(pressure, energy_density=None, rest_density=None, name: str = "table") -> Barotrope:
     """The equation of state of a table: rows of pressure with energy density or rest-mass density, or both.
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -193,6 +194,7 @@ def _compressed_jvp(at: tuple, along: tuple) -> tuple[Array, Array]:
     return rho, (of_wanted - of_pressure) / _slope(material.pressure, rho)[1]
 
 
+@with_quantities()
 @double_precision()
 def pressure(material: Material, density: Array) -> Array:
     """The cold pressure of a material at densities of any shape. Checked by tests/unit/matter/test_planetary.py.
@@ -203,6 +205,7 @@ def pressure(material: Material, density: Array) -> Array:
     return material.pressure(jnp.asarray(density, dtype=float))
 
 
+@with_quantities()
 @double_precision()
 def density(material: Material, pressure: Array) -> Array:
     """The density of a material at pressures of any shape; NaN beyond the reach of its equation.
@@ -215,6 +218,7 @@ def density(material: Material, pressure: Array) -> Array:
     return material.density(jnp.asarray(pressure, dtype=float))
 
 
+@with_quantities()
 @double_precision()
 def bulk_modulus(material: Material, density: Array) -> Array:
     """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by
@@ -226,6 +230,7 @@ def bulk_modulus(material: Material, density: Array) -> Array:
     return density * _slope(material.pressure, density)[1]
 
 
+@with_quantities()
 @double_precision()
 def cold_energy(material: Material, density: Array) -> Array:
     """Energy a mass of compression from the reference density, the integral of P/rho^2 d rho, any shape.

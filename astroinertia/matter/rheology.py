@@ -18,7 +18,7 @@ from astroinertia.process.quantities import with_quantities
 Array = Any
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def maxwell(frequency: Array, relaxation_time: Array) -> Array:
     """A spring and a dashpot in series, 1 - i/(omega tau_M): flows for good in times above the Maxwell time (s).
 
@@ -30,7 +30,7 @@ def maxwell(frequency: Array, relaxation_time: Array) -> Array:
     return 1 - 1j / (frequency * relaxation_time)
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def kelvin_voigt(frequency: Array, relaxation_time: Array) -> Array:
     """A spring and a dashpot side by side, 1/(1 + i omega tau): yields late, and no more than the spring in the end.
 
@@ -42,7 +42,7 @@ def kelvin_voigt(frequency: Array, relaxation_time: Array) -> Array:
     return 1 / (1 + 1j * frequency * relaxation_time)
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def burgers(frequency: Array, relaxation_time: Array, strength: Array, decay_time: Array) -> Array:
     """Maxwell's and Kelvin and Voigt's in series: `strength` times the elastic compliance more, by the decay time (s).
 
@@ -54,7 +54,7 @@ def burgers(frequency: Array, relaxation_time: Array, strength: Array, decay_tim
     return maxwell(frequency, relaxation_time) + strength * kelvin_voigt(frequency, decay_time)
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, decay_time: Array = None) -> Array:
     """Maxwell's and a creep that goes as t^exponent: + Gamma(1 + alpha) (i omega tau_A)^-alpha.
 
@@ -73,26 +73,28 @@ def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, d
     return maxwell(frequency, relaxation_time) + gamma(1 + exponent) * (1j * frequency * transient) ** -exponent
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s", reference_frequency="rad/s")
 def absorption_band(frequency: Array, quality: Array, reference_frequency: Array, exponent: float) -> Array:
     """Matter whose Q goes as omega^alpha, over its compliance at the frequency (rad/s) of its moduli and of that Q.
 
     1 + (cot(alpha pi/2) (x - 1) - i x)/Q with x = (omega_r/omega)^alpha takes moduli of seismic waves to the frequency
     of a tide: with alpha near 0 (1e-6) Q is constant, and the compliance grows by (2/(pi Q)) ln(omega_r/omega). The
     transient part of Andrade's creep has this form exactly, others to first order in 1/Q. ValueError for an exponent
-    that is not between 0 and 1. Source: Wahr & Bergen 1986, GJRAS 87, 633, as in IERS TN 36, 6.2.1; Kanamori & Anderson
-    1977, Rev. Geophys. 15, 105. Checked by tests/unit/matter/test_rheology.py.
+    that is not between 0 and 1. At a negative frequency it is the conjugate. Source: Wahr & Bergen 1986, GJRAS 87, 633,
+    as in IERS TN 36, 6.2.1; Kanamori & Anderson 1977, Rev. Geophys. 15, 105. Checked by
+    tests/unit/matter/test_rheology.py.
 
     >>> print(f"{absorption_band(1e-4, 100.0, 1.0, 0.15):.4f}")  # four decades below: softer by 12 %, Q 27
     1.1242-0.0398j
     """
     if isinstance(exponent, float) and not 0 < exponent < 1:
         raise ValueError("the exponent of an absorption band is between 0 and 1")
-    turned = 1j**-exponent
-    return 1 + (turned * (reference_frequency / frequency) ** exponent - turned.real) / (-turned.imag * quality)
+    turned, forward = 1j**-exponent, 2 * (frequency > 0) - 1  # at a frequency below 0, the conjugate
+    creep = (turned.real + 1j * forward * turned.imag) * (reference_frequency / abs(frequency)) ** exponent
+    return 1 + (creep - turned.real) / (-turned.imag * quality)
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def dissipation(
     love_number: Array,
     fluid_love_number: Array,

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import rebound
 
+from astroinertia.process.quantities import with_quantities
+
 _KNOWN = 5  # derivatives at each end, the place itself among them
 _ORDERS = np.arange(2 * _KNOWN)
 # What so many derivatives make of share^order where the share is 1: (derivatives, orders).
@@ -48,6 +50,7 @@ class DenseOrbits:
         self._begin, self._length, self._reached = np.empty(0), np.empty(0), 0.0
         self._terms = np.empty((0, 2 * _KNOWN, bodies.N - 1, 3))
 
+    @with_quantities()
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities (T, N-1, 3) at rising times (T,), none before that of the last `leave`."""
         if times[-1] > self._reached or not len(self._begin):

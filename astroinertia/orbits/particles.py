@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 import rebound
 
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 Array = Any
 
 
+@with_quantities()
 def of_particles(
     mass: Array, position: Array, velocity: Array | None = None, gravitational_constant: float = 1.0,
     softening: float = 0.0,
@@ -37,6 +39,7 @@ def of_particles(
     return bodies
 
 
+@with_quantities()
 def of_snapshot(snapshot: Any, gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> rebound.Simulation:
     """The particles of one snapshot: a `dataset.open_snapshots` Dataset at one snapshot_time, in SI and at its time.
 
@@ -47,7 +50,8 @@ def of_snapshot(snapshot: Any, gravitational_constant: float = GRAVITATIONAL_CON
     """
     if "snapshot_time" in snapshot["mass"].dims:
         raise ValueError("several snapshots are given: choose one, as by snapshots.isel(snapshot_time=-1)")
-    mass, position, velocity = (snapshot[name].values for name in ("mass", "position", "velocity"))
+    there = np.isfinite(snapshot["mass"].values)  # what sinks have accreted is NaN
+    mass, position, velocity = (snapshot[name].values[there] for name in ("mass", "position", "velocity"))
     bodies = of_particles(mass, position, velocity, gravitational_constant)
     bodies.t = float(snapshot["snapshot_time"])
     return bodies

@@ -16,6 +16,7 @@ from rebound.ode import ODEDER
 
 from astroinertia.errors import NumericalError
 from astroinertia.ledger.moments import Compensated
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -82,6 +83,7 @@ class RigidBodyOde:
         """In the body's principal axes, (3,)."""
         return self._state.total[-3:]
 
+    @with_quantities(until="s")
     def integrate(self, until: float) -> None:
         """Go on to a later time; NumericalError where the state is no longer finite."""
         simulation = self._simulation

@@ -8,6 +8,7 @@ import numpy as np
 import rebound
 
 from astroinertia.orbits.states import names
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import CodeUnits
 
 BODY = "body"
@@ -82,6 +83,7 @@ def in_code_units(companions: Sequence[Any], units: CodeUnits) -> tuple[Companio
     return tuple(converted)
 
 
+@with_quantities()
 def simulation(
     mass: float,
     companions: Sequence[Companion],

@@ -9,6 +9,7 @@ import numpy as np
 import rebound
 
 from astroinertia.errors import NumericalError
+from astroinertia.process.quantities import with_quantities
 
 _HEADER = 64  # bytes of the binary format that name REBOUND and its version
 _PROBE = 1e-3  # of a step, after which an integrator has all its arrays
@@ -21,6 +22,7 @@ _COUNT = "steps_done"
 _SIZE = ctypes.sizeof(rebound.Particle)
 
 
+@with_quantities()
 def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (T, N-1, 3) of all particles but one relative to that one, at rising or falling times.
 
@@ -46,6 +48,7 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     return relative[..., :3], relative[..., 3:]
 
 
+@with_quantities()
 def go_on(bodies: rebound.Simulation, time: float) -> None:
     """Take a simulation to a time, before or after its own.
 

@@ -57,7 +57,7 @@ def write_view(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) ->
 
 def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[str, Any]]:
     count = snapshots.sizes["particle"]
-    kept = np.sort(np.random.default_rng(0).permutation(count)[:MOST_PARTICLES])
+    kept = np.random.default_rng(0).permutation(count) < MOST_PARTICLES
     low, high = _densities(snapshots, numbers)
 
     def at(number: int):
@@ -66,11 +66,13 @@ def _of_particles(snapshots: xr.Dataset, numbers: np.ndarray) -> Iterator[dict[s
     axes = triads(at(number) for number in numbers)
     widths = film.camera(np.array([reach(at(number)) for number in numbers]))
     for number, triad, width in zip(numbers, axes, widths, strict=True):
-        density = snapshots["density"].isel(snapshot_time=int(number)).values[kept]
+        density = snapshots["density"].isel(snapshot_time=int(number)).values
+        there = np.isfinite(density)  # what sinks have accreted is NaN
+        density, seen = density[there & kept], kept[there]
         share = np.log(np.maximum(density, low) / low) / np.log(high / low)
         order = np.argsort(share, kind="stable")  # the densest are drawn last, and seen through what lies before them
         span = FARTHEST * width
-        places = np.clip(at(number).position[kept][order] / span, -1.0, 1.0)
+        places = np.clip(at(number).position[seen][order] / span, -1.0, 1.0)
         colours = np.clip(share[order] * (_COLOURS - 1), 0, _COLOURS - 1).round().astype(np.uint8)
         yield _frame(triad, width) | {
             "span": float(span),
@@ -84,7 +86,7 @@ def _densities(snapshots: xr.Dataset, numbers: np.ndarray) -> tuple[float, float
     extremes = []
     for number in numbers:  # one at a time: all together may be larger than memory
         density = snapshots["density"].isel(snapshot_time=int(number)).values
-        extremes.append((float(np.percentile(density, 5.0)), float(density.max())))
+        extremes.append((float(np.nanpercentile(density, 5.0)), float(np.nanmax(density))))
     low, high = min(low for low, _ in extremes), max(high for _, high in extremes)
     return low, max(high, 1.01 * low)
 

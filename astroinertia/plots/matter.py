@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.patheffects import withStroke
 
 from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
+from astroinertia.dataset.snapshots import present
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia import principal, tensor
 
@@ -43,6 +44,7 @@ class Triad:
 
 def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
     """The particles about their centre of mass, or about the middle of the densest matter, which is where a body is."""
+    snapshot = present(snapshot)
     mass = snapshot["mass"].values
     position = snapshot["position"].transpose("particle", "i").values
     velocity = snapshot["velocity"].transpose("particle", "i").values

@@ -76,9 +76,9 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
     name. So are complex numbers, truth values and masked entries where a physical quantity is meant. Lists of numbers
     become arrays where an array is meant, and whole numbers of physical quantities real ones. in_units: arguments that
     are in other units than SI, each with it ("Msun"), or None for one that takes plain numbers alone. A default
-    gravitational constant of 1 becomes that of SI where anything had a unit. What is wrong with arguments is an
-    InputError or InputTypeError, which are ValueError and TypeError, too; arrays whose shapes do not go together are
-    named with these shapes.
+    gravitational constant of 1 becomes that of SI where anything had a unit, also that of a body which `**scale` gives
+    its mass, mean radius and constant. What is wrong with arguments is an InputError or InputTypeError, which are
+    ValueError and TypeError, too; arrays whose shapes do not go together are named with these shapes.
     """
 
     def decorated(function: Any) -> Any:
@@ -118,6 +118,8 @@ class _Arguments:
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
         self.arrays = {name for name, parameter in parameters if parameter.annotation is Any}
         self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
+        scale = self.signature.parameters.get("scale")  # passed on to the scaling of a figure: mass, mean radius, G
+        self.scales = scale is not None and scale.kind is scale.VAR_KEYWORD
         self.counts = {name for name, parameter in parameters if parameter.annotation is int}
 
     def in_si(self, args: Any, options: Any) -> tuple[Any, Any]:
@@ -136,6 +138,9 @@ class _Arguments:
         gravity = self.signature.parameters.get("gravitational_constant")
         if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
+        if changed and self.scales:
+            constant = {"gravitational_constant": units.GRAVITATIONAL_CONSTANT}
+            bound.arguments["scale"] = constant | bound.arguments.get("scale", {})
         return bound.args, bound.kwargs
 
     def _number(self, name: str, value: Any, units: Any) -> Any:
@@ -149,8 +154,18 @@ class _Arguments:
             return value
         of = name.removesuffix("_uncertainty")
         dimension = DIMENSIONS.get(of) or (units.Dimension(*EXPONENTS[of]) if of in EXPONENTS else None)
+        if _is_labelled(value):
+            meant = self.in_units.get(name) or (None if dimension is None else units.si_unit(dimension))
+            if meant is None or value.attrs["units"] in ("", "1"):
+                return value
+            if value.attrs["units"] == meant:
+                return _bare(value)
         if isinstance(value, str):
-            if name in self.texts or name in self.in_units or dimension is None or _is_number(value):
+            if name in self.texts or _is_number(value):
+                return value
+            if self.in_units.get(name) is not None:
+                return self._said(name, lambda: units.in_unit(units.parsed(value), self.in_units[name]))
+            if name in self.in_units or dimension is None:
                 return value
             return self._said(name, lambda: units.quantity(value, dimension))
         quantity = self._said(name, lambda: units.with_unit(value))
@@ -233,7 +248,19 @@ def _may_have_unit(value: Any) -> bool:
         return len(value) < 1000 and any(map(_may_have_unit, value))
     return (
         made is str or made is dict or hasattr(made, "to_astropy") or hasattr(made, "magnitude") or _is_quantity(made)
-    )
+    ) or _is_labelled(value)
+
+
+def _is_labelled(value: Any) -> bool:
+    """Whether it is a series of a dataset that says its unit."""
+    return hasattr(type(value), "attrs") and "units" in value.attrs
+
+
+def _bare(series: Any) -> Any:
+    """The series without attributes: its unit is not that of what is computed from it."""
+    series = series.copy(deep=False)
+    series.attrs = {}
+    return series
 
 
 def _is_quantity(made: type) -> bool:

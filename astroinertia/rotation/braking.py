@@ -43,14 +43,17 @@ class Braking:
         if min(self.shares) < 0 or abs(sum(self.shares) - 1) > 1e-9:
             raise ValueError(f"the shares of the torques must add up to 1, none negative, not {self.shares}")
 
+    @with_quantities()
     def rate(self, angular_velocity: Array) -> Array:
         """Omega' at a rate, negative."""
         return self.angular_acceleration * self._moment(angular_velocity, 0)
 
+    @with_quantities()
     def index(self, angular_velocity: Array) -> Array:
         """The braking index that is measured at a rate: the mean of the indices, weighted with their torques."""
         return self._moment(angular_velocity, 1) / self._moment(angular_velocity, 0)
 
+    @with_quantities()
     def time_to(self, angular_velocity: Array) -> np.ndarray:
         """The time from the start until the rate is that (negative: how long before it was), by quadrature."""
         end = np.log(np.asarray(angular_velocity, dtype=float) / self.angular_velocity)
@@ -64,6 +67,7 @@ class Braking:
         scale = self.angular_velocity / self.angular_acceleration
         return scale * end * (integrand @ np.tile(half * _WEIGHTS, panels))
 
+    @with_quantities()
     def history(self, times: Array) -> np.ndarray:
         """The rate at times (rising, not negative) after the start, to 1e-12; NumericalError where that fails."""
         times = np.asarray(times, dtype=float)

@@ -30,6 +30,7 @@ class MassProfile(Protocol):
         """Total mass."""
         ...
 
+    @with_quantities()
     def radius_enclosing(self, mass: Any) -> np.ndarray:
         """Radius inside which a mass lies."""
         ...
@@ -94,6 +95,7 @@ class Shells:
         """Which shells turn at their equator as fast as an orbit there, or faster: they cannot stand where they are."""
         return self.keplerian_fraction >= 1
 
+    @with_quantities()
     def collapsed(self, radius: Array) -> "Shells":
         """The same shells at other radii (N,), each with its angular momentum; ValueError unless these are positive."""
         radius = np.asarray(radius, dtype=float)
@@ -105,6 +107,7 @@ class Shells:
         """The shells where they are, turning rigidly with the same angular momentum."""
         return replace(self, angular_velocity=np.full_like(self.radius, self.mean_angular_velocity))
 
+    @with_quantities()
     def spectrum(self, specific_angular_momentum: Array) -> np.ndarray:
         """Mass whose specific angular momentum about the axis is below each given value (not negative).
 
@@ -126,6 +129,7 @@ class Shells:
         narrow = np.where(highest > 0, narrow, 0.0)
         return (1 - np.where(wide, above, narrow)) @ self.mass
 
+    @with_quantities()
     def disc_mass_inside(self, radius: Array) -> np.ndarray:
         """Mass that comes to rest inside each radius of a thin disc around a centre that holds the whole mass.
 
@@ -140,13 +144,14 @@ def shells_of(
     body: MassProfile,
     angular_velocity: Array,
     count: int = _NODES,
-    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+    gravitational_constant: float | None = None,
 ) -> Shells:
     """Return `count` shells of a sphere that turns at one rate, or at rates (count,) from the centre outwards.
 
     The masses are the weights of a double exponential quadrature in the mass, which does not mind how the radius
     depends on it at the centre and at the surface: moments of smooth spheres come out to about 1e-10 with 160 shells,
-    as exact as a polytrope's radius by mass. Source: Takahasi & Mori 1974, Publ. RIMS 9, 721.
+    as exact as a polytrope's radius by mass. The gravitational constant is that of the body, of SI where it has none,
+    unless it is given. Source: Takahasi & Mori 1974, Publ. RIMS 9, 721.
 
     >>> from astroinertia.bodies.polytrope import Polytrope
     >>> shells = shells_of(Polytrope(1.5), 1.0)
@@ -155,10 +160,12 @@ def shells_of(
     """
     if count < 8:
         raise ValueError(f"a body needs at least 8 shells, not {count}")
+    own = getattr(body, "gravitational_constant", GRAVITATIONAL_CONSTANT)
+    constant = own if gravitational_constant is None else gravitational_constant
     share, weight = mass_quadrature(count)
     radius = np.asarray(body.radius_enclosing(share * body.mass), dtype=float)
     rates = np.broadcast_to(np.asarray(angular_velocity, dtype=float), radius.shape).copy()
-    return Shells(weight * body.mass, share * body.mass, radius, rates, gravitational_constant)
+    return Shells(weight * body.mass, share * body.mass, radius, rates, constant)
 
 
 @with_quantities()

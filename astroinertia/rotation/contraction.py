@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT, STEFAN_BOLTZMANN_CONSTANT
 
@@ -65,7 +66,7 @@ def radius_at_luminosity(
     1.0
     """
     scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma, gravitational_constant)
-    return np.asarray(radius, dtype=float) / (1 + np.asarray(time, dtype=float) / scale)
+    return np.asarray(radius, dtype=float) / _swollen(1 + np.asarray(time, dtype=float) / scale)
 
 
 @with_quantities()
@@ -82,19 +83,27 @@ def radius_at_temperature(
     radius = np.asarray(radius, dtype=float)
     luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * np.asarray(effective_temperature) ** 4
     scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma)
-    return radius / np.cbrt(1 + 3 * np.asarray(time, dtype=float) / scale)
+    return radius / np.cbrt(_swollen(1 + 3 * np.asarray(time, dtype=float) / scale))
+
+
+def _swollen(share: Array) -> Array:
+    """A share of what the body was, (R_0/R)^k; ValueError before it was of infinite size."""
+    if not np.all(share > 0):
+        raise ValueError("time must be after the moment at which the body would have been of infinite size")
+    return share
 
 
 @with_quantities()
 def contracted_period(period: Array, radius: Array, radius_after: Array, locked_until: Array = math.inf) -> Array:
-    """The period of a body that shrinks homologously: (R_after/R)^2 times it.
+    """The period of a body that shrinks or swells homologously: (R_after/R)^2 times it.
 
-    locked_until: the radius down to which a disc holds the period (young stars); from there on L stays. Source: Edwards
-    et al. 1993, AJ 106, 372 (the disc); conservation of angular momentum.
+    locked_until: the radius down to which a disc holds the period of a young star that shrinks; from there on L stays.
+    Source: Edwards et al. 1993, AJ 106, 372 (the disc); conservation of angular momentum.
 
     >>> print(contracted_period(9.0, 3.0, 1.0))  # as R^2
     1.0
     """
-    after = np.asarray(radius_after, dtype=float)
-    free_from = np.minimum(np.asarray(radius, dtype=float), locked_until)
-    return np.asarray(period, dtype=float) * (np.minimum(after, free_from) / free_from) ** 2
+    require_positive(period=period, radius=radius, radius_after=radius_after)
+    before, after = np.asarray(radius, dtype=float), np.asarray(radius_after, dtype=float)
+    free_from = np.maximum(np.minimum(before, locked_until), np.minimum(before, after))
+    return np.asarray(period, dtype=float) * (after / free_from) ** 2

@@ -133,7 +133,7 @@ def chandler_frequency(
     return euler_frequency(dynamical_ellipticity, spin_rate) * (1 - np.asarray(love_number) / secular) / share
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def quality(frequency: Array) -> Array:
     """Q = Re sigma/(2 Im sigma) of a complex frequency: the amplitude falls by e in Q/pi periods; inf without damping.
 
@@ -351,7 +351,7 @@ def _anelastic(frequency) -> complex:
     raise NumericalError("the period of the wobble and the anelasticity at that period do not settle")
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: Array | None = None) -> np.ndarray:
     """The pole m (complex, radians) at increasing times (N,), s, of (i/sigma) dm/dt + m = chi, beginning at `start`.
 
@@ -384,7 +384,7 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
     return offset + chi
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) -> Array:
     """The pole's amplitude (complex, rad) under chi = excitation exp(i forcing_rate t), prograde for a rate above 0.
 

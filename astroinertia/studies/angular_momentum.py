@@ -8,6 +8,7 @@ Test: tests/unit/studies/test_angular_momentum.py.
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.snapshots import present
 from astroinertia.process.quantities import with_quantities
 
 
@@ -21,14 +22,14 @@ def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.Dat
     >>> print(bool((j.diff("mass_share") >= 0).all()))  # in rising order of j
     True
     """
-    mass = snapshots["mass"].transpose("snapshot_time", "particle").values
-    vectors = [snapshots[name].transpose("snapshot_time", "particle", "i").values for name in ("position", "velocity")]
-    weight = mass / mass.sum(axis=1, keepdims=True)
-    x, v = (a - np.einsum("tp,tpi->ti", weight, a)[:, None] for a in vectors)
-    specific = x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0]
     share = (np.arange(points) + 0.5) / points
     spectra = []
-    for m, j in zip(weight, specific, strict=True):
+    for number in range(snapshots.sizes["snapshot_time"]):
+        particles = present(snapshots.isel(snapshot_time=number))
+        m = particles["mass"].values / particles["mass"].values.sum()
+        vectors = (particles[name].transpose("particle", "i").values for name in ("position", "velocity"))
+        x, v = (vector - m @ vector for vector in vectors)
+        j = x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]
         order = np.argsort(j, kind="stable")
         spectra.append(np.interp(share, np.cumsum(m[order]) - 0.5 * m[order], j[order]))
     unit = "1" if snapshots["mass"].attrs.get("units") == "1" else "m2 s-1"

@@ -212,6 +212,7 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
     from astroinertia import dataset  # only here: a table need not wait for it
     from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
     from astroinertia.dataset.files import archive_errors, loaded
+    from astroinertia.dataset.snapshots import present
 
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
@@ -233,7 +234,7 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
         raise SceneError(f"{path} says which units it is in; leave --units out")
     with archive_errors(path, "does not hold the particles of a run"):
         one = loaded(path, snapshots[["mass", "position", "snapshot_time"]].isel(snapshot_time=snapshot))
-        mass, position, time = _of_a_snapshot(one)
+        mass, position, time = _of_a_snapshot(present(one))
     own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
     text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {time.attrs.get('units', '')}".strip()
     matter = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")

@@ -77,8 +77,9 @@ def _read_ahead(
 
     def read(some: slice) -> tuple[np.ndarray, np.ndarray]:
         here = {series: some}
-        masses = mass.isel(here).values if fixed is None else fixed
-        return masses, position.isel(here).values
+        if fixed is not None:
+            return fixed, position.isel(here).values
+        return _without_accreted(mass.isel(here).values, position.isel(here).values)
 
     with ThreadPoolExecutor(1) as reader:
         coming = reader.submit(read, slices[0])
@@ -88,6 +89,16 @@ def _read_ahead(
             yield ready
             del ready  # before the next but one is read
         yield coming.result()
+
+
+def _without_accreted(mass: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What sinks have accreted, NaN in mass (S, N), as nothing where the first particle is that is still there."""
+    gone = np.isnan(mass)
+    if not gone.any():
+        return mass, position
+    first = np.argmin(gone, axis=1)
+    places = position[np.arange(len(mass)), first][:, None]
+    return np.where(gone, 0.0, mass), np.where(gone[..., None], places, position)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

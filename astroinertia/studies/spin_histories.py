@@ -19,7 +19,7 @@ from astroinertia.rotation import pulsars
 from astroinertia.rotation.braking import Braking
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.contraction import contracted_period, radius_at_luminosity, radius_at_temperature
-from astroinertia.units import quantity
+from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
 
 Quantity = str | float
 
@@ -137,7 +137,7 @@ def cloud_to_disc(
     1.00
     """
     body, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
-    cloud = shells_of(Polytrope(index, body, size), 2 * math.pi / turn, 400)
+    cloud = shells_of(Polytrope(index, body, size, GRAVITATIONAL_CONSTANT), 2 * math.pi / turn, 400)
     outer = float(cloud.centrifugal_radius[-1] * (size / cloud.radius[-1]) ** 4 * cloud.enclosed_mass[-1] / body)
     radii = outer * np.geomspace(1e-4, 1.0, _RADII)
     inside = cloud.disc_mass_inside(radii)

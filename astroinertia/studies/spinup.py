@@ -330,7 +330,7 @@ def shell_collapse(
     """
     total, size, turn = in_si(mass, "mass"), in_si(radius, "length"), in_si(period, "time")
     final = in_si(radius_after, "length")
-    before = shells_of(Polytrope(index, total, size), 2 * math.pi / turn, count)
+    before = shells_of(Polytrope(index, total, size, GRAVITATIONAL_CONSTANT), 2 * math.pi / turn, count)
     after = before.collapsed(Polytrope(index_after, total, final).radius_enclosing(before.enclosed_mass))
     locked = after.locked()
     highest = before.equatorial_specific_angular_momentum.max()
