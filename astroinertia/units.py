@@ -308,12 +308,26 @@ def in_si(value: Any, dimension: str | Dimension | None) -> Any:
         return value.to_value("")
     if dimension is None:
         raise SceneError(f"must be a plain number, not {shown(text)}.")
-    written = value.unit.to_string()
+    written, factor = value.unit.to_string(), 1.0
+    if not _can_be_read(written):  # as a pound: a unit that astropy has and does not read
+        decomposed = value.unit.decompose()
+        factor = decomposed.scale
+        written = " ".join(f"{base}{power}" for base, power in zip(decomposed.bases, decomposed.powers, strict=True))
     try:
-        scale = quantity(f"1 {written}", dimension)
+        scale = factor * quantity(f"1 {written}", dimension)
     except SceneError:
         raise SceneError(f"must be {_phrase(dimension)}, not {shown(text)}{_hint(dimension)}.") from None
     return value.value * scale
+
+
+def _can_be_read(unit: str) -> bool:
+    from astropy import units as astropy_units
+
+    try:
+        astropy_units.Unit(unit)
+    except ValueError:
+        return False
+    return True
 
 
 def in_unit(value: Any, unit: str | None) -> Any:

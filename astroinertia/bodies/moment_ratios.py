@@ -20,7 +20,7 @@ UNIFORM = 0.4
 """I/(M R^2) of a uniform sphere: the most that any sphere with a density not rising outwards can have."""
 
 
-@with_quantities()
+@with_quantities(from_radius="m", to_radius="m")
 def convert_moment_ratio(value: Array, from_radius: Array, to_radius: Array) -> Array:
     """Return a moment ratio (or its uncertainty) of one radius for another: it goes as radius^-2.
 
@@ -78,7 +78,7 @@ def polar_from_precession(j2: Array, dynamical_ellipticity: Array) -> Array:
     return j2 / dynamical_ellipticity
 
 
-@with_quantities()
+@with_quantities(first="m", second="m", third="m")
 def volumetric_radius(first: Array, second: Array, third: Array) -> Array:
     """Return (a b c)^(1/3), the radius of the sphere with the volume of the ellipsoid of these semi-axes.
 

@@ -124,7 +124,7 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
     return mass, xp.arctan2(sign * correction[..., 1], sign * correction[..., 0])
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequence[float]) -> Array:
     """Forces (..., 2 bearings, 2) of a rotor on bearings at two z when it turns at `rate` (rad per time).
 

@@ -49,6 +49,10 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
         density if mass is None else mass, vertices, (None, 3), "the vertices of a mesh"
     )
     faces = check_closed(faces, points.shape[-2])
+    named = np.zeros(points.shape[-2], bool)
+    named[faces] = True
+    if not named.all():  # what no face names is no part of the body
+        points, faces = points[..., named, :], (np.cumsum(named) - 1)[faces]
     reference, volume, first, second = _volume_integrals(xp, points, faces)
     _check_volume(xp, points, volume)
     shift = first / volume[..., None]

@@ -15,7 +15,7 @@ from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
-_MEANS = 7  # of the arithmetic-geometric mean: it doubles the digits each time, below 179.9 degrees all of float64's
+_MEANS = 10  # of the arithmetic-geometric mean: it doubles the digits each time, up to the last angle below pi
 
 
 @with_quantities(pivot="m")

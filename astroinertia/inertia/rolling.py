@@ -110,7 +110,7 @@ def rolling_race(
     return sorted(finishes, key=lambda finish: finish.time)
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> Array:
     """I w^2 / 2 for spin at the rate w (...,), in radians per time, about the axis (..., 3) through the centre of mass.
 
@@ -125,7 +125,7 @@ def flywheel_energy(body: Body, rate: Array, axis: Array = (0.0, 0.0, 1.0)) -> A
     return 0.5 * body.moment(axis) * namespace(rate, body.inertia).asarray(rate) ** 2
 
 
-@with_quantities(angles="rad", load="N m")
+@with_quantities(angles="rad", rate="rad/s", load="N m")
 def flywheel_rates(torque: Array, angles: Array, moment: Array, rate: Array, load: Array | None = None) -> Array:
     """The angular velocity (..., n) of a flywheel driven by a torque that depends on its angle, at angles (n,).
 

@@ -164,6 +164,9 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     if not isinstance(density, xr.DataArray):
         raise ValueError(f"density must be a DataArray of xarray with coordinates, not a {type(density).__name__}")
     centres, widths = {}, {}
+    lengths = {density[name].attrs.get("units") for name in coordinates if name in density.coords}
+    if len(lengths) > 1:
+        raise ValueError(f"the coordinates must be in one unit, not in {' and '.join(sorted(map(str, lengths)))}")
     for name in coordinates:
         if name not in density.coords or density.sizes.get(name, 0) < 2:
             raise ValueError(f"the density needs a coordinate {name!r} of two or more cells")
@@ -417,6 +420,7 @@ def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Arr
     mass = xp.broadcast_to(mass, np.broadcast_shapes(mass.shape, vector.shape[:-1]))  # one number is that of each
     total = mass.sum(-1)
     share = mass / xp.where(total != 0, total, xp.nan)[..., None]
+    nowhere = 0.0 if mass.shape[-1] else xp.nan  # of no particles a sum is 0
     centre, relative = [], []
     for k in range(3):
         # Twice, the second time around the first result: a body far from the origin keeps the digits that its
@@ -424,7 +428,7 @@ def _centred(xp: Any, mass: Array, vector: Array) -> tuple[list[Array], list[Arr
         near = (share * vector[..., k]).sum(-1)
         offset = vector[..., k] - near[..., None]
         rest = (share * offset).sum(-1)
-        centre.append(near + rest)
+        centre.append(near + rest + nowhere)
         relative.append(offset - rest[..., None])
     return centre, relative
 

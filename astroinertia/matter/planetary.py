@@ -227,7 +227,8 @@ def bulk_modulus(material: Material, density: Array) -> Array:
     >>> print(f"{bulk_modulus(IRON_HCP, 8300.0) / 1e9:.1f} GPa")  # at no pressure: that of the table
     156.2 GPa
     """
-    return density * _slope(material.pressure, density)[1]
+    rho = jnp.asarray(density, dtype=float)
+    return rho * _slope(material.pressure, rho)[1]
 
 
 @with_quantities()

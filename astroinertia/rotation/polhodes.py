@@ -31,7 +31,7 @@ class Stability(NamedTuple):
     growth_rate: np.ndarray
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def stability(moments: Sequence[Number], rate: float, angular_momentum: float = 0.0) -> Stability:
     """How a small wobble about each principal axis (3,) goes on, of rotation about it at `rate`.
 

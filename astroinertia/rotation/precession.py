@@ -210,7 +210,7 @@ def rate_from_moment_ratio(
     return precession_rate(ellipticity, spin_rate, obliquity, gravitational_parameter, semi_major_axis, eccentricity)
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def moment_ratio_from_rate(
     rate: Array, j2: Array, spin_rate: Array, obliquity: Array, gravitational_parameter: Array, semi_major_axis: Array,
     eccentricity: Array = 0.0,

@@ -80,7 +80,7 @@ def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     return np.linalg.norm(momentum, axis=-1) / sizes.max(-1)
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def settling_time(
     rigidity: float,
     quality_factor: float,

@@ -39,6 +39,7 @@ _UNDER = (
     "I: mean moment; R: mean radius. hydrostatic: what J2 (C22) and the spin say for a fluid; - where it is none.\n"
     "polytrope: index n with this ratio. core: of uniform layers with this ratio, in km, with the errors of the\n"
     "inputs (16th to 84th percentile). model error: what compression and a third layer, left out, change of it.\n"
+    "rho_c/mean: density at the centre over the mean, as published, else of the layers' core, else of the polytrope.\n"
     f"A uniform sphere has {UNIFORM:g}; `--body NAME` shows sources, radii and what is assumed."
 )
 _MARKDOWN_COLUMNS = ("body", "mean radius (km)", "I/(M R²)", "published as", "known how", "hydrostatic", "n", "source")
