@@ -122,10 +122,11 @@ def shedding_share(source: str = "roche") -> float:
         return KEPLER_FACTORS[source] / _KEPLER_KHZ
     kind, _, index = source.partition(" ")
     try:
-        if kind == "polytrope":
-            return polytropic_limit(float(index)).rate
+        number = float(index)
     except ValueError:
-        pass
+        number = None
+    if kind == "polytrope" and number is not None:
+        return polytropic_limit(number).rate
     raise ValueError(
         f"there is no limit of rotation {source!r}; there are roche, polytrope with an index, "
         f"{', '.join(KEPLER_FACTORS)}"

@@ -23,6 +23,7 @@ from scipy.special import hyp2f1
 
 from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 _ROUND = 0.5  # |c/a - 1| below which the closed forms of the symbols lose digits and series are used
@@ -219,6 +220,7 @@ def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_consta
     >>> print(f"{sphere_free_fall_time(1.0):.4f}")  # pi/(2 sqrt(2))
     1.1107
     """
+    require_positive(radius=radius, mass=mass, gravitational_constant=gravitational_constant)
     return math.pi / 2 * math.sqrt(radius**3 / (2 * gravitational_constant * mass))
 
 

@@ -184,7 +184,8 @@ def _planet(
     planet = _solve(layers, tuple(materials), surface_pressure, g, steps, by)
     if is_known(planet.residual) and not abs(float(planet.residual)) < 1e-9:
         raise NumericalError(
-            "no hydrostatic equilibrium was found: its pressure is beyond what the materials' equations of state reach"
+            f"no hydrostatic equilibrium was found with G = {float(g):.5g}: its pressure is beyond what the materials' "
+            "equations of state reach"
         )
     if is_known(planet.resolution_error) and not float(planet.resolution_error) < _RESOLUTION:
         raise NumericalError(f"{steps} steps a layer are too few for a planet that is compressed so much")

@@ -142,6 +142,7 @@ class SolarSystemBody:
         """
         return self.moment_ratio_rows(kind, radius)[0]
 
+    @with_quantities()
     def moment_ratio_rows(self, kind: str = "mean", radius: float | None = None) -> tuple[MomentRatio, ...]:
         """Return every published moment ratio, normalised like `moment_ratio`; the adopted one first."""
         if kind not in ("mean", "polar"):

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.tensor import namespace
+from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -86,7 +86,7 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
     [[0.003, 0.0], [0.003, 0.0]]
     """
     first, second = planes
-    if first == second:
+    if is_known(first) and is_known(second) and first == second:
         raise ValueError(f"two planes are needed, and both are at {first:g}")
     xp = namespace(static, dynamic)
     share = (dynamic - first * static) / (second - first)
@@ -117,7 +117,7 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
     """
     xp = namespace(correction)
     radii = xp.asarray(radii)
-    if not (radii > 0).all():
+    if is_known(radii) and not (radii > 0).all():
         raise ValueError("the radii of the corrections must be positive")
     sign = -1.0 if remove else 1.0
     mass = xp.hypot(correction[..., 0], correction[..., 1]) / radii
@@ -168,6 +168,8 @@ def best_holes(
     influence = two_plane_equivalent(holes, np.asarray(position, dtype=float)[:, None] * holes, planes).reshape(-1, 4)
     start = two_plane_equivalent(np.asarray(static), np.asarray(dynamic), planes).reshape(4)
     values = np.setdiff1d(np.asarray(masses, dtype=float), 0.0)
+    if not (len(influence) and len(values)) or (most is not None and most < 0):
+        raise ValueError("at least one hole and one mass for it are needed, and no fewer than 0 may be used")
     middle, limit = len(influence) // 2, len(influence) if most is None else most
     if _count(len(influence) - middle, len(values), limit) > MOST_COMBINATIONS:
         raise ValueError(f"{len(influence)} holes with {len(values)} masses for each are too many to try all choices")

@@ -127,6 +127,8 @@ def tracked_frame(inertia: np.ndarray, tolerance: float = ROUND_OFF_GAP) -> tupl
     [[1. 2. 4.]
      [3. 2. 4.]]
     """
+    if np.ndim(inertia) != 3:
+        raise ValueError(f"a series of tensors has the shape (T, 3, 3), not {np.shape(inertia)}")
     moments, axes = principal_frame(inertia)
     vectors = np.swapaxes(axes, -1, -2)
     gaps = principal_gap(moments)

@@ -28,15 +28,17 @@ class HarmonicFit(NamedTuple):
     cosine: np.ndarray
     residual: float
 
+    @with_quantities()
     def steady(self, times: Array) -> np.ndarray:
         """The values at times (...,) without the periodic terms."""
         t = np.asarray(times, dtype=float)
         return self.offset + t * (self.rate + 0.5 * self.acceleration * t)
 
 
-@with_quantities()
+@with_quantities(frequencies="rad/s")
 def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: Array | None = None) -> HarmonicFit:
-    """Least squares of values (N,) at times (N,) by terms of frequencies f (J,) and phases p (J,), 0 unless given.
+    """Least squares of values (N,) at times (N,) by terms of frequencies f (J,), in radians a time, and phases p
+    (J,), 0 unless given.
 
     The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
     where the record is too short to tell terms apart. Checked by tests/unit/rotation/test_harmonic_fit.py.

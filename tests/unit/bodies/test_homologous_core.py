@@ -131,3 +131,11 @@ def test_what_has_no_answer_is_refused():
     with pytest.raises(ValueError, match="between 0 and 1"):
         core.time_of(1.1)
     assert HomologousCore(0.0).scale_factor(1e6) == 1.0
+
+
+def test_a_start_of_another_name_is_refused():
+    for start in ("Rest", "at rest", None):
+        with pytest.raises(ValueError, match="start must be rest or parabolic, not"):
+            HomologousCore(0.5, start=start)
+    with pytest.raises(ValueError, match="mass must be positive and finite, not -1"):
+        HomologousCore(0.5, mass=-1.0)

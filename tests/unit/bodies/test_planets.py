@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import moment_ratios
-from astroinertia.bodies.planets import STATUSES, body, solar_system
+from astroinertia.bodies.planets import STATUSES, body, own_body, solar_system
 from astroinertia.storage.data_tables import data_path
 from astroinertia.units import quantity
 
@@ -149,3 +149,9 @@ def test_mars_is_less_centrally_condensed_than_earth():
 def test_the_table_cannot_be_changed():
     with pytest.raises(TypeError):
         solar_system()["Pluto"] = body("Mars")  # type: ignore[index]
+
+
+def test_a_body_of_ones_own_has_quantities_of_the_table_only():
+    for wrong, meant in (("core_densty", "core_density"), ("mean_moment_ratio_uncertanty", "mean_moment_ratio")):
+        with pytest.raises(ValueError, match=f"{wrong} is no quantity of the table of bodies; did you mean {meant}?"):
+            own_body("mine", 6e24, 6.4e6, **{wrong: 0.3})

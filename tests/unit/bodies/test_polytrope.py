@@ -110,3 +110,15 @@ def test_a_constant_beyond_what_numbers_hold_is_refused_in_a_sentence():
     with pytest.raises(NumericalError, match=r"index 0.05 has a pressure in proportion to density\^21, beyond what"):
         _ = thin.constant
     assert Polytrope(0.05, mass=1.0, radius=1.0).constant > 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"mass": -1.0}, {"radius": 0.0}, {"radius": np.nan}, {"gravitational_constant": -2.0}]
+)
+def test_sizes_that_no_star_has_are_refused(wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"{name} must be positive and finite"):
+        Polytrope(1.5, **wrong)
+    if name == "mass":
+        with pytest.raises(ValueError, match="mass must be positive"):
+            polytrope_radius(1.5, -1.0, 1.0)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -196,3 +198,24 @@ def test_the_balanced_wheel_of_sims(extra, tmp_path):
     assert np.linalg.norm(clips[2:]) < 0.15 * np.linalg.norm(before[2:])
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert (" off at " in done.stdout) == bool(extra)
+
+
+def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():
+    one = (np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1))
+    holes = balancing.best_holes(*one, [0.3], [np.pi], [0.0], (0.01,))
+    assert holes.mass.tolist() == [0.01] and holes.size == pytest.approx(0.003 / np.sqrt(2))
+    assert balancing.best_holes(*one, [0.3], [0.0], [0.0], (0.01,)).mass.tolist() == [0.0]
+    for holes, masses, most in (([], (0.01,), None), ([0.3], (), None), ([0.3], (0.01,), -1)):
+        with pytest.raises(ValueError, match="at least one hole and one mass"):
+            balancing.best_holes(*one, holes, holes, holes, masses, most)
+
+
+def test_corrections_can_be_compiled():
+    static, planes = jnp.array([0.006, 0.002]), jnp.array([-0.1, 0.3])
+
+    def corrections(planes, radii):
+        return balancing.correction_masses(balancing.two_plane_correction(static, 0.1 * static, planes), radii)
+
+    radii = jnp.array([0.3, 0.2])
+    for compiled, plain in zip(jax.jit(corrections)(planes, radii), corrections(planes, radii), strict=True):
+        np.testing.assert_allclose(compiled, plain, rtol=1e-6)

@@ -284,3 +284,10 @@ def test_what_is_wrong_gets_one_sentence(call, sentence: str) -> None:
         call()
     assert str(caught.value).startswith(sentence)
     assert isinstance(caught.value, AstroinertiaError) or "fields" in sentence
+
+
+@pytest.mark.parametrize("degree", [5, -2])
+def test_a_degree_that_a_field_has_not_is_refused(degree):
+    field = ellipsoid_field(1.0, (3.0, 2.0, 1.0), degree=4, radius=3.0)
+    with pytest.raises(ValueError, match=f"the field has the degrees 0 to 4, not {degree}"):
+        field.zonal_harmonic(degree)

@@ -96,3 +96,11 @@ def test_a_wheel_turned_inside_turns_the_rest_back():
 def test_what_is_no_tree_of_limbs_is_refused(limbs, angles, sentence):
     with pytest.raises(AstroinertiaError, match=sentence):
         posture(limbs, angles)
+
+
+@pytest.mark.parametrize("times", [[0.5], [0.5, 0.5]])
+def test_at_one_time_the_trunk_is_as_it_was(times):
+    limbs = [Limb(shapes.disc(1.0, 1.0)), Limb(shapes.disc(1.0, 1.0), parent=0)]
+    attitudes, rates = free_turning(limbs, lambda t: ([0.0, np.pi * t], [0.0, np.pi]), times)
+    np.testing.assert_array_equal(attitudes, np.broadcast_to(np.eye(3), (len(times), 3, 3)))
+    np.testing.assert_allclose(rates[:, 2], -np.pi / 2)

@@ -298,3 +298,14 @@ def test_the_script_of_the_asteroid(tmp_path):
     assert (tmp_path / "asteroid.png").stat().st_size > 20_000
     assert "--density" in run_sim("asteroid_mesh.py", "--help")
     assert "cannot be read as a mesh" in run_sim("asteroid_mesh.py", "--mesh", tmp_path / "none.stl", code=2)
+
+
+@pytest.mark.parametrize("place", [1e5, 1e6])
+def test_vertices_that_no_face_names_are_no_part_of_the_body(place):
+    vertices, faces = mesh.icosphere(2)
+    alone = mesh.mesh_body(vertices, faces, density=6.0)
+    for where in (0, 70, len(vertices)):
+        more = np.insert(vertices, where, place, axis=0)
+        found = mesh.mesh_body(more, faces + (faces >= where), density=6.0)
+        assert found.mass == alone.mass
+        np.testing.assert_array_equal(found.inertia, alone.inertia)

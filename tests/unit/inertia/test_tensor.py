@@ -226,3 +226,17 @@ def test_jax_gives_the_same_numbers_and_a_finite_gradient_for_a_disc():
         np.testing.assert_allclose(found, tensor.inertia_tensor(mass, position), rtol=1e-13, atol=1e-12)
         gradient = jax.jacobian(lambda moments: tensor.equivalent_semi_axes(2.0, moments))(jax.numpy.array([1.0, 1, 2]))
         assert np.isfinite(gradient).all()
+
+
+@pytest.mark.parametrize("xp", [np, jnp])
+def test_no_particles_have_no_centre_and_no_inertia(xp):
+    nothing = xp.zeros(0), xp.zeros((0, 3))
+    assert np.isnan(tensor.centre_of_mass(*nothing)).all()
+    assert (np.asarray(tensor.inertia_tensor(*nothing, origin=xp.zeros(3))) == 0.0).all()
+
+
+def test_coordinates_of_a_grid_are_in_one_unit():
+    axis = np.linspace(0.0, 1.0, 3)
+    grid = {name: (name, axis, {"units": unit}) for name, unit in (("x", "km"), ("y", "m"), ("z", "m"))}
+    with pytest.raises(ValueError, match="in one unit, not in km and m"):
+        tensor.grid_inertia(xr.DataArray(np.ones((3, 3, 3)), grid, ("x", "y", "z")))

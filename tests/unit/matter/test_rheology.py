@@ -72,3 +72,14 @@ def test_heat_is_greatest_at_the_relaxation_time_of_the_whole_body():
     assert (
         fast[0] == pytest.approx(-1, abs=0.01) and -0.5 < fast[1] < -0.3
     )  # Andrade's falls as omega^-alpha in the end
+
+
+@pytest.mark.parametrize("exponent", [1e-6, 0.15, 0.9])
+def test_at_negative_frequencies_every_law_is_its_conjugate(exponent):
+    rates = np.array([1e-6, 1e-4, 3.0])
+    for law in (
+        lambda w: rheology.absorption_band(w, 100.0, 1.0, exponent),
+        lambda w: rheology.maxwell(w, 2e4),
+        lambda w: rheology.andrade(w, 2e4, exponent),
+    ):
+        np.testing.assert_allclose(law(-rates), np.conj(law(rates)), rtol=1e-12)

@@ -10,11 +10,24 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import xarray as xr
 from astropy import constants, units as u
+from astropy.units import imperial
 
+from astroinertia.bodies import darwin, jacobi, maclaurin, riemann, roche
+from astroinertia.bodies.earth import prem
+from astroinertia.bodies.moment_ratios import volumetric_radius
+from astroinertia.bodies.neutron_star_fits import kepler_period
+from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.inertia import shapes, tensor
+from astroinertia.inertia.rolling import flywheel_energy
+from astroinertia.matter import planetary, rheology
+from astroinertia.matter.barotropes import polytropic_matter
+from astroinertia.matter.compact_stars import geometric_density
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
+from astroinertia.rotation.braking import Braking
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
 
@@ -260,3 +273,112 @@ def test_a_unit_that_counts_turns_or_radians_is_refused() -> None:
     assert turning(180 * u.deg / u.s) == pytest.approx(np.pi)
     with pytest.raises(InputError, match="angular_velocity: must be an angular velocity, not 3 Hz"):
         turning(3 * u.Hz)
+
+
+MASS, RADIUS = 1 * u.Msun, "1 Rsun"
+SCALED: dict[str, Callable[..., Any]] = {
+    "maclaurin": partial(maclaurin.from_axis_ratio, 0.8),
+    "jacobi": partial(jacobi.from_axis_ratio, 0.8),
+    "riemann": partial(riemann.irrotational, 0.8),
+    "roche": partial(roche.limit, 0.0),
+    "contact": darwin.contact,
+    "closest": darwin.closest,
+    "secular": darwin.secular_limit,
+    "rescaled": maclaurin.from_axis_ratio(0.8).rescaled,
+}
+
+
+@pytest.mark.parametrize("made", SCALED.values(), ids=SCALED)
+def test_figures_that_are_scaled_by_quantities_have_the_gravitational_constant_of_si(made: Any) -> None:
+    plain = {"mass": MASS.to_value("kg"), "mean_radius": u.R_sun.to("m")}
+    expected = made(**plain, gravitational_constant=GRAVITATIONAL_CONSTANT)
+    assert made(mass=MASS, mean_radius=RADIUS).angular_velocity == pytest.approx(expected.angular_velocity, rel=1e-12)
+    assert made(**plain).gravitational_constant == 1.0
+    assert made(mass=MASS, gravitational_constant=2.0).gravitational_constant == 2.0
+
+
+def test_a_star_that_is_sought_by_its_spin_has_it_in_si() -> None:
+    found = rotating_star_with("spin", 3e-4, polytropic_matter(1.5), mass=MASS, equatorial_radius=RADIUS)
+    assert found.flattening == pytest.approx(0.12782, abs=1e-4)
+
+
+HALF = 0.5 * u.R_sun
+LENGTH = HALF.to_value("m")
+STAR = Polytrope(1.5, MASS, RADIUS)
+EARTH = prem()
+BRAKING = Braking(188.0, -2.4e-9, (2.51,), (1.0,))
+METHODS: dict[str, tuple[Callable[..., Any], Any, Any]] = {
+    "Polytrope.density": (STAR.density, HALF, LENGTH),
+    "Polytrope.enclosed_mass": (STAR.enclosed_mass, HALF, LENGTH),
+    "Polytrope.radius_enclosing": (STAR.radius_enclosing, 0.5 * MASS, 0.5 * STAR.mass),
+    "LayeredBody.gravity": (EARTH.gravity, 6371 * u.km, 6.371e6),
+    "LayeredBody.pressure": (EARTH.pressure, "3480 km", 3.48e6),
+    "Braking.history": (BRAKING.history, [0.0, 1000.0] * u.yr, np.array([0.0, 3.15576e10])),
+    "kepler_period": (partial(kepler_period, MASS), 1 * u.au, 149597870700.0),
+    "planetary.density": (partial(planetary.density, planetary.IRON_HCP), 100 * u.GPa, 1e11),
+    "geometric_density": (geometric_density, 1e15 * u.g / u.cm**3, 1e18),
+    "volumetric_radius": (partial(volumetric_radius, 1e3, 1e3), 1 * u.km, 1e3),
+    "flywheel_energy": (partial(flywheel_energy, shapes.disc(1.0, 1.0)), 30 * u.cycle / u.min, np.pi),
+}
+
+
+@pytest.mark.parametrize(("call", "given", "number"), METHODS.values(), ids=METHODS)
+def test_methods_and_functions_in_si_read_units(call: Any, given: Any, number: Any) -> None:
+    np.testing.assert_allclose(call(given), call(number), rtol=1e-12)
+    with pytest.raises(InputError):
+        call(3.0 * u.K)
+
+
+# No user calls these, and inner loops do.
+OF_INSIDES = {"GivenDensity", "Hydrostatic", "Law", "Material", "Mesh", "MomentumLaw", "RotationLaw"}
+
+
+def methods(made: type) -> dict[str, Any]:
+    public = {key: method for key, method in vars(made).items() if not key.startswith("_")}
+    return {key: method for key, method in public.items() if inspect.isfunction(method)}
+
+
+def test_every_public_method_of_physical_numbers_takes_quantities() -> None:
+    """An array of numpy that is made of a Quantity has lost its unit without a word."""
+    plain = set()
+    for name in examples.modules(["bodies", "inertia", "rotation"]):
+        module = importlib.import_module(f"astroinertia.{name}".removesuffix(".__init__"))
+        own = [made for made in vars(module).values() if inspect.isclass(made) and made.__module__ == module.__name__]
+        for made in own:
+            bare = [method for method in methods(made).values() if physical(method) and not decorated(method)]
+            plain |= {made.__name__} if bare and not made.__name__.startswith("_") else set()
+    assert plain == OF_INSIDES
+
+
+def test_series_of_a_dataset_are_read_by_the_unit_that_they_say() -> None:
+    def series(unit: str) -> xr.DataArray:
+        return xr.DataArray([3.0, 4.0], dims="x", attrs={"units": unit})
+
+    assert np.asarray(sample(1.0, series("km"))[1]).tolist() == [3000.0, 4000.0]
+    own = sample(1.0, series("m"))[1]
+    assert own.dims == ("x",) and own.attrs == {}  # what follows from it is no length
+    assert sample(1.0, series("1"))[1].values.tolist() == [3.0, 4.0]  # of a run without units
+    with pytest.raises(InputError, match=r"^radius: must be a length, not an array in kg"):
+        sample(1.0, series("kg"))
+
+
+def test_text_is_read_where_an_argument_is_in_a_unit_of_its_own() -> None:
+    assert sample(1.0, years="730.5 d")[2] == pytest.approx(2.0)
+    with pytest.raises(InputError, match=r"^years: must be in yr, or in units of that kind, not 3\.0 km\.$"):
+        sample(1.0, years="3 km")
+    with pytest.raises(InputError, match=r"^years: 'soon' is not a number and a unit that is known here\.$"):
+        sample(1.0, years="soon")
+
+
+def test_units_that_astropy_has_and_does_not_read_are_known() -> None:
+    assert sample(1 * imperial.lb)[0] == pytest.approx(0.45359237)
+    assert sample(2 * u.def_unit("stone", 6.35 * u.kg))[0] == pytest.approx(12.7)
+    with pytest.raises(InputError, match=r"^mass: must be a mass, not 1 lb / s"):
+        sample(1 * imperial.lb / u.s)
+
+
+def test_frequencies_of_tides_and_wobbles_are_in_radians() -> None:
+    assert rheology.maxwell(60 * u.deg / u.s, 2.0) == pytest.approx(rheology.maxwell(np.pi / 3, 2.0))
+    assert rheology.maxwell("1 cycle/s", 2.0) == pytest.approx(rheology.maxwell(2 * np.pi, 2.0))
+    with pytest.raises(InputError, match=r"^frequency: must be in rad/s"):
+        rheology.maxwell(1 * u.Hz, 2.0)

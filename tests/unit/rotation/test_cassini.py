@@ -104,3 +104,10 @@ def test_mercury():
 def test_what_has_no_states_is_refused(orbit):
     with pytest.raises(ValueError, match="Cassini states need"):
         cassini.cassini_states(*orbit)
+
+
+def test_hansen_coefficients_of_high_resonances():
+    """At e = 0 only p = 1 has strength. Others by mpmath's quadrature; 16 points take a fast turn for a slow one."""
+    assert [abs(cassini.hansen_coefficient(0.0, p)) < 1e-14 for p in (17, -15, 33, 9, 16.5)] == [True] * 5
+    assert abs(cassini.hansen_coefficient(0.01, 17)) < 1e-14
+    assert cassini.hansen_coefficient(0.9, 30) == pytest.approx(9.37676494098853, rel=1e-12)

@@ -99,3 +99,9 @@ def test_what_is_no_collapse_is_refused():
             shells.collapsed(radius)
     with pytest.raises(ValueError, match="at least 8 shells"):
         shells_of(UNIFORM, 0.5, 4)
+
+
+def test_shells_have_the_gravitational_constant_of_their_body():
+    share = shells_of(Polytrope(1.5), 0.5).keplerian_fraction
+    np.testing.assert_allclose(share, shells_of(Polytrope(1.5, 2.0, 2.0, 4.0), 0.5).keplerian_fraction, rtol=1e-9)
+    assert shells_of(Polytrope(1.5), 0.5, gravitational_constant=7.0).gravitational_constant == 7.0

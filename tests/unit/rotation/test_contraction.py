@@ -40,3 +40,18 @@ def test_a_disc_holds_the_period_until_it_is_gone():
     radii = np.array([5.0, 3.0, 2.0, 1.0])
     np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, radii), 8.0 * (radii / 5) ** 2)
     np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, radii, 2.0), [8.0, 8.0, 8.0, 2.0])
+
+
+def test_a_body_that_swells_slows_down():
+    """Angular momentum is kept either way; a disc holds only what shrinks."""
+    np.testing.assert_allclose(contraction.contracted_period(1.0, 1.0, [0.5, 1.0, 2.0, 4.0]), [0.25, 1.0, 4.0, 16.0])
+    np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, [10.0], 2.0), [32.0])
+
+
+def test_sizes_that_no_body_has_are_refused():
+    with pytest.raises(ValueError, match="radius_after must be positive"):
+        contraction.contracted_period(9.0, 1.0, -3.0)
+    scale = contraction.kelvin_helmholtz_time(SOLAR_MASS, SOLAR_RADIUS, 3.828e26)
+    for law, last in ((contraction.radius_at_luminosity, 3.828e26), (contraction.radius_at_temperature, 5772.0)):
+        with pytest.raises(ValueError, match="infinite size"):
+            law(-1.1 * scale, SOLAR_MASS, SOLAR_RADIUS, last)

@@ -82,3 +82,19 @@ def test_what_makes_no_planes_or_history_is_refused():
     for arguments in (("Pluto",), ("Mars", 0.0), ("Mars", 1e6, None, 1)):
         with pytest.raises(SceneError, match="obliquity"):
             obliquity_history(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("s", "j", "ratio", "exact"),
+    [
+        (0.5, 64, 0.1, 1.414758729877842e-65),
+        (0.5, 128, 0.2, 3.460148441432118e-91),
+        (1.5, 6, 0.05, 9.20137271224587e-8),
+        (1.5, 128, 0.9, 4.402495483217484e-4),
+        (0.5, 2, 1e-4, 7.50000003125e-9),
+    ],
+)
+def test_laplace_coefficients_of_high_order_and_small_ratios(s, j, ratio, exact):
+    """Values of mpmath's hypergeometric function to 40 digits: sums over few angles have none of these digits."""
+    assert laplace_coefficient(s, j, ratio) == pytest.approx(exact, rel=1e-11)
+    assert laplace_coefficient(s, -j, ratio) == laplace_coefficient(s, j, ratio)
