@@ -411,6 +411,8 @@ def _same(one: Sequence[float], other: Sequence[float]) -> bool:
 def _phrase(dimension: str | Dimension) -> str:
     if isinstance(dimension, Dimension):
         return f"a quantity in {si_unit(dimension)}"
+    if dimension == "dimensionless":
+        return "a plain number"
     words = dimension.replace("_", " ")
     return f"an {words}" if words[0] in "aeiou" else f"a {words}"
 

@@ -16,9 +16,11 @@ import xarray as xr
 
 from astroinertia.dataset import open_snapshots
 from astroinertia.dataset.absent import reasons, whole
+from astroinertia.dataset.arranged import along, from_x_to_z
 from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
+from astroinertia.dataset.schema import INERTIAL
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
@@ -71,6 +73,9 @@ def _size(size: Any) -> tuple[float, float]:
     return width, height
 
 
+Axis = str | Sequence[float] | np.ndarray | xr.DataArray
+
+
 @xr.register_dataset_accessor("inertia")
 @xr.register_datatree_accessor("inertia")
 class InertiaAccessor:
@@ -92,6 +97,7 @@ class InertiaAccessor:
         dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
         if "inertia_tensor" not in dataset:
             raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+        dataset = from_x_to_z(along(dataset))
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     def __repr__(self) -> str:
@@ -165,14 +171,14 @@ class InertiaAccessor:
         >>> print(f"{ds.inertia.quantity('mass')[0].to('Msun'):.3f}")
         1.000 solMass
         """
-        if isinstance(series, str) and series not in self.dataset.variables:
-            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}.")
-        values = self.dataset[series] if isinstance(series, str) else series
+        values = self._named(series)
+        if values.dtype.kind not in "fiub":
+            raise InputError(f"{values.name} has no numbers, so that it has no unit.")
         return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
 
     @with_quantities()
     @of_each_member
-    def about_axis(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+    def about_axis(self, axis: Axis = "z") -> xr.DataArray:
         """Moment of inertia n.I.n about an axis: "x", "y", "z", a vector (3,), or one for each time, (time, i).
 
         >>> print(bool((ds.inertia.about_axis([0, 0, 2]) == ds.inertia_tensor.sel(i="z", j="z")).all()))  # n.I.n
@@ -185,7 +191,7 @@ class InertiaAccessor:
 
     @with_quantities()
     @of_each_member
-    def radius_of_gyration(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+    def radius_of_gyration(self, axis: Axis = "z") -> xr.DataArray:
         """sqrt(n.I.n / M) about an axis.
 
         >>> print(f"{float(ds.inertia.radius_of_gyration()[0]) / 6.957e8:.2f}")  # solar radii; the limit is 0.45
@@ -196,14 +202,14 @@ class InertiaAccessor:
 
     @with_quantities()
     @of_each_member
-    def moment_ratio(
-        self, radius: float | xr.DataArray, axis: str | Sequence[float] | xr.DataArray = "spin"
-    ) -> xr.DataArray:
+    def moment_ratio(self, radius: float | xr.DataArray, axis: Axis = "spin") -> xr.DataArray:
         """n.I.n / (M R^2) for a positive radius of the reader's choice, in the dataset's unit of length.
 
         >>> print(f"{float(ds.inertia.moment_ratio(6.957e8)[0]):.2f}")  # 0.2046 of the n = 3/2 polytrope, in the limit
         0.18
         """
+        if isinstance(radius, xr.DataArray) and radius.attrs.get("units", "1") not in ("1", self._unit("m")):
+            radius = radius.copy(data=in_si(with_unit(radius), "length"))
         radii = np.asarray(radius, dtype=float)
         require_positive(radius=radii[~np.isnan(radii)] if radii.ndim else radii)
         ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
@@ -258,7 +264,7 @@ class InertiaAccessor:
 
     @with_quantities()
     @of_each_member
-    def acceleration_shares(self, axis: str | Sequence[float] | xr.DataArray | None = None) -> xr.DataArray:
+    def acceleration_shares(self, axis: Axis | None = None) -> xr.DataArray:
         """What motion and each effect contribute to d2I/dt2, (time, share[, i, j]); the shares add up to the whole.
 
         The first share is that of the kinetic tensor, 2 (tr(K) 1 - K), called "motion"; an effect's is tr(S) 1 - S with
@@ -294,7 +300,7 @@ class InertiaAccessor:
 
     @with_quantities()
     @of_each_member
-    def torque_shares(self, axis: str | Sequence[float] | xr.DataArray = "z") -> xr.DataArray:
+    def torque_shares(self, axis: Axis = "z") -> xr.DataArray:
         """The torque of each effect along an axis, (time, effect).
 
         >>> print(ds.inertia.torque_shares().sizes["effect"])  # none of which turns the star
@@ -306,17 +312,35 @@ class InertiaAccessor:
         share = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
         return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
 
-    @of_each_member
-    def spin_rate(self) -> xr.DataArray:
+    def spin_rate(self, as_size: bool | None = None) -> xr.DataArray:
         """The mean angular velocity about the axis of the angular momentum, L.n / n.I.n, n its direction.
 
-        It is negative where L has turned round since the start. Where that axis moves far, as a top's: |I^-1 L|, the
-        size of the mean angular velocity. `long_name` says which it is.
+        It is negative where L has turned round since the start. Where that axis moves far, as a top's, in the run or in
+        any member of a sweep: |I^-1 L|, the size of the mean angular velocity. `long_name` says which it is; as_size
+        chooses.
 
         >>> print(f"{float(ds.inertia.spin_rate()[0]):.1e} rad/s")  # as the scene has it
         1.0e-04 rad/s
         """
-        unit, axes = self._unit("rad s-1"), self._momentum_axes()
+        if as_size is None:
+            as_size = self.axis_moves()
+        return self._spin_rate(as_size)
+
+    def axis_moves(self) -> bool:
+        """Whether the axis of the angular momentum moves far in the run, or in any member of a sweep.
+
+        >>> print(ds.inertia.axis_moves())
+        False
+        """
+        return bool((self._axis_moves() == 1.0).any())
+
+    @of_each_member
+    def _axis_moves(self) -> xr.DataArray:
+        return xr.DataArray(float(self._momentum_axes() is None))
+
+    @of_each_member
+    def _spin_rate(self, as_size: bool) -> xr.DataArray:
+        unit, axes = self._unit("rad s-1"), None if as_size else self._momentum_axes()
         if axes is None:
             rate = np.linalg.norm(self._vectors("angular_velocity"), axis=1)
             return self._series(rate, "size of the mean angular velocity, whose axis moves", unit, "|I^-1 L|")
@@ -366,6 +390,7 @@ class InertiaAccessor:
         """
         from astroinertia.dataset.rotation_limits import rotation_limits  # brings figures of stars along
 
+        self._must_be_inertial("limits of rotation")
         series = rotation_limits(self.dataset, shedding)
         return xr.Dataset(
             {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
@@ -383,6 +408,7 @@ class InertiaAccessor:
         """
         if self._unit("m") == "1":
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
+        self._must_be_inertial("the waves of a body")
         virials = self._values("virial_tensor")
         had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
         acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
@@ -405,7 +431,7 @@ class InertiaAccessor:
         >>> print(float(ds.inertia.growth_rate("density_max").rate) > 0)  # it falls together
         True
         """
-        values = self._between(self.dataset[series] if isinstance(series, str) else series, start, end)
+        values = self._between(self._named(series), start, end)
         fitted = growth.growth(values["time"].values, values.values)
         return self._line(fitted, "growth rate", "s-1")
 
@@ -506,6 +532,16 @@ class InertiaAccessor:
             figure.savefig(path)
         return figure
 
+    def _must_be_inertial(self, what: str) -> None:
+        if (frame := self.dataset.attrs.get("frame", INERTIAL)) != INERTIAL:
+            raise AbsentError(f"{what} follow from rates in an inertial frame, and that of this run is {frame}.")
+
+    def _named(self, series: str | xr.DataArray) -> xr.DataArray:
+        """A variable by its name, or the series itself."""
+        if isinstance(series, str) and series not in self.dataset.variables:
+            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}.")
+        return self.dataset[series] if isinstance(series, str) else series
+
     def _must_be_of_one_run(self, what: str) -> None:
         if dims := swept(self.dataset):
             one = ", ".join(f"{dim}=0" for dim in dims)
@@ -548,16 +584,21 @@ class InertiaAccessor:
     def _vectors(self, name: str) -> np.ndarray:
         return self.dataset[name].transpose("time", "i").values
 
-    def _axis(self, axis: str | Sequence[float] | xr.DataArray) -> np.ndarray:
+    def _axis(self, axis: Axis) -> np.ndarray:
         if isinstance(axis, str):
             if axis == "spin":
                 return self.dataset["spin_axis"].transpose("time", "i").values
             if axis not in ("x", "y", "z"):
                 raise ValueError(f'an axis is "x", "y", "z", "spin" or a vector, not {axis!r}')
             return np.eye(3)["xyz".index(axis)]
-        if isinstance(axis, xr.DataArray):
-            return axis.transpose(..., "i").values
-        return np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+        moves = isinstance(axis, xr.DataArray)
+        vectors = from_x_to_z(axis).transpose(..., "i").values if moves else np.asarray(axis, dtype=float)
+        if vectors.shape[-1:] != (3,):
+            raise ValueError(f"an axis has three components, not the shape {vectors.shape}")
+        sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
+        if vectors.ndim == 1 and not sizes > 0.0:
+            raise ValueError("an axis must have a direction: its components are all 0, or one of them is not a number")
+        return vectors / np.where(sizes > 0.0, sizes, np.nan)
 
     def _momentum_axes(self) -> xr.DataArray | None:
         """The direction of the angular momentum, (time, i), to the side of that at the start; None where it moves far.
@@ -601,4 +642,4 @@ def _nearest(name: str, names: Any) -> str:
 def _axis_text(axis: Any) -> str:
     if isinstance(axis, str):
         return "the spin axis" if axis == "spin" else axis
-    return "an axis that moves" if isinstance(axis, xr.DataArray) else f"({', '.join(f'{x:.3g}' for x in axis)})"
+    return "an axis that moves" if np.ndim(axis) > 1 else f"({', '.join(f'{float(x):.3g}' for x in axis)})"

@@ -64,9 +64,16 @@ def run_fields(
             "the gravity field above degree 2 needs snapshots of particles, or a body that keeps its layers; degree 2"
             " is in gravity_coefficient."
         )
+    recorded = dataset["time"].values
+    if snapshots is not None:
+        taken = snapshots["snapshot_time"].values
+        snapshots = snapshots.isel(snapshot_time=(taken >= recorded.min()) & (taken <= recorded.max()))
+        if not snapshots.sizes["snapshot_time"]:
+            raise AbsentError("no snapshot was taken at the times of this dataset.")
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]
     chosen = noted.get("zonal_harmonic_2", {}).get("radius", "equatorial_radius")
-    series = np.interp(times.values, dataset["time"].values, dataset[chosen].values)
+    order = np.argsort(recorded)
+    series = np.interp(times.values, recorded[order], dataset[chosen].values[order])
     radii = (series if radius is None else np.full(times.size, radius)).tolist()
     if snapshots is not None:
         fields = [_of_snapshot(snapshots.isel(snapshot_time=k), degree, size) for k, size in enumerate(radii)]

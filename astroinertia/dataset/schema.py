@@ -13,6 +13,8 @@ FORMAT = 1
 COMPUTED = "computed by astroinertia from the scene in `scene`, with the versions in `versions`"
 """The first line of a history; a line follows for each time that a run went on otherwise, or was branched."""
 CONVENTIONS = "CF-1.11"
+INERTIAL = "inertial"
+"""The frame of vectors and tensors where no effect turns it."""
 PARTS = quantities_of(
     Path(__file__).with_name("quantities.csv"),
     {
@@ -36,7 +38,7 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
     if name.startswith("gw_"):
         if dimensionless:
             return "the scene is dimensionless, so the speed of light has no value"
-        if frame != "inertial":
+        if frame != INERTIAL:
             return "the frame is not inertial"
         return "too few records, or not all that the waves follow from is known"
     if name.startswith(("moment_ratio", "surface_")):

@@ -24,6 +24,7 @@ from astroinertia.dataset.schema import (
     COMPUTED,
     CONVENTIONS,
     FORMAT,
+    INERTIAL,
     TIME_QUANTITY,
     attributes,
     code_units,
@@ -50,7 +51,10 @@ from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
-_INERTIAL = "inertial"
+_OF_THE_FRAME = (
+    *("angular_momentum", "angular_velocity", "angular_speed", "rotational_energy", "rotational_to_gravitational"),
+    *("kinetic_energy", "spin_scaling"),
+)
 NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None
@@ -158,7 +162,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     regions = metadata.get("regions", {})
     if regions:
         values |= regional_quantities(values, tolerance)
-    if not dimensionless and frame == _INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
+    if not dimensionless and frame == INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
         acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
         acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
         strains = [
@@ -180,6 +184,10 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     own = {name: Quantity.of_description(said) for name, said in own.items() if name not in schema}
     for name, quantity in (schema | own).items():
         attrs = attributes(quantity, metadata)
+        if frame != INERTIAL and name in _OF_THE_FRAME:
+            attrs["comment"] = "; ".join(
+                part for part in (attrs.get("comment"), "relative to the rotating frame") if part
+            )
         array = values.pop(name, None)
         if array is None:
             array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
@@ -252,6 +260,8 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
         for name, value in described.items()
         if value is not None
     }
+    if "reference_radius" in plain:
+        plain["reference_radius"] = units.to_si(described["reference_radius"], "length")
     model, engine, precision = (str(metadata.get(name, "unknown")) for name in ("model", "engine", "precision"))
     dimensionless = units == DIMENSIONLESS
     return {
@@ -274,7 +284,7 @@ def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str)
 def frame_of(metadata: Mapping[str, Any]) -> str:
     """Name of the frame that vectors and tensors are in."""
     rotating = "rotating_frame" in metadata.get("effects", [])
-    return metadata.get("frame") or ("rotating with the scene's rotating_frame" if rotating else _INERTIAL)
+    return metadata.get("frame") or ("rotating with the scene's rotating_frame" if rotating else INERTIAL)
 
 
 def gap_tolerance(metadata: Mapping[str, Any]) -> float:

@@ -51,6 +51,8 @@ def growth(time, amplitude) -> Line:
     0.700000
     """
     size = np.asarray(amplitude, float)
+    if (known := np.count_nonzero(size > 0.0)) < 3:
+        raise ValueError(f"growth as exp(rate t) needs at least three values above 0, not {known}")
     return line(time, np.log(size, out=np.full(size.shape, np.nan), where=size > 0.0))
 
 

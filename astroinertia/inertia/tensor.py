@@ -143,7 +143,7 @@ def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, we
     return inertia_from_second_moment(second_moment(mass, position, origin, weights))
 
 
-@with_quantities()
+@with_quantities(density=None)
 def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), origin: Any = None) -> Any:
     """Mass, centre of mass and inertia tensor of a density on a rectangular grid: xarray in, xarray out.
 

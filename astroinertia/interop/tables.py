@@ -62,21 +62,21 @@ def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def write_particles(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot as a particle table; the units are in a comment, the names those of particle tables.
+    """Write one snapshot as a particle table, with the names of such, and units: `mass [kg]`, `x [m]`, ...
 
     >>> import tempfile
     >>> from astroinertia.interop.snapshots import snapshots_of
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_particles(next(iter(snapshots_of(Path("runs/star"), "last"))), Path(folder, "star.csv"))
     ...     print(len(Path(folder, "star.csv").read_text().splitlines()))
-    103
+    102
     """
     held = {name: columns for name, columns in _COLUMNS.items() if name in snapshot.arrays}
     unit = {name: "1" if snapshot.dimensionless else SNAPSHOT[name].unit for name in held}
-    units = ", ".join(f"{' '.join(columns)} in {unit[name]}" for name, columns in held.items())
-    comments = [f"# {snapshot.name}: snapshot {snapshot.number} at time {snapshot.time!r}", f"# {units}"]
+    comments = [f"# {snapshot.name}: snapshot {snapshot.number} at time {snapshot.time!r}"]
+    heads = [f"{column} [{unit[name]}]" for name, columns in held.items() for column in columns]
     numbers = np.column_stack([snapshot.arrays[name] for name in held])
-    _write(path, comments, [column for columns in held.values() for column in columns], numbers.tolist())
+    _write(path, comments, heads, numbers.tolist())
 
 
 def _labels(dataset: xr.Dataset, dim: str) -> list[str]:

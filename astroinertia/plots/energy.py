@@ -88,7 +88,7 @@ def _given(axes, dataset: xr.Dataset) -> None:
 def _errors(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
     largest = energy_scale(dataset)
-    axes.set_title("What no effect accounts for, over the largest energy of the run")
+    axes.set_title("Change of the total, and what no effect accounts for, over the largest energy")
     total = dataset["total_energy"].values
     lines = [
         (abs(total - total[0]) / largest, "change of the total", style.GREY, 3.2, 0.6),

@@ -11,7 +11,7 @@ from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.resolution import resolution_message
-from astroinertia.dataset.schema import COMPUTED
+from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
@@ -107,7 +107,8 @@ def _body(dataset: xr.Dataset) -> Table:
     ]
     below = ""
     if angular_momentum_scale(dataset)[1]:
-        below = f"({inertia.spin_rate().attrs['long_name']})"
+        relative = "" if dataset.attrs.get("frame", INERTIAL) == INERTIAL else "; all relative to the rotating frame"
+        below = f"({inertia.spin_rate().attrs['long_name']}{relative})"
         rows += [
             ("mean angular velocity", inertia.spin_rate()),
             ("  if it went as 1/I", inertia.spin_scaling("inertia")),

@@ -213,7 +213,9 @@ def _difference_cells(one: Compared, line: Line, itself: bool) -> str:
 
 
 def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compared | None:
-    series = {number: one for number, dataset in enumerate(datasets) if (one := _series(dataset, name)) is not None}
+    as_size = name in _DERIVED and any(dataset.inertia.axis_moves() for dataset in datasets)
+    found = {number: _series(dataset, name, as_size) for number, dataset in enumerate(datasets)}
+    series = {number: one for number, one in found.items() if one is not None}
     if len(series) < 2 or finest not in series:
         return None
     reference, size = series[finest], float(abs(series[finest]).max())
@@ -226,13 +228,14 @@ def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compare
     return Compared(name, str(reference.attrs["long_name"]), style.unit_of(reference), size or 1.0, lines)
 
 
-def _series(dataset: xr.Dataset, name: str) -> xr.DataArray | None:
+def _series(dataset: xr.Dataset, name: str, as_size: bool = False) -> xr.DataArray | None:
     """A quantity against time, or None where the run has no number for it at two times or more."""
     if name in (*_DERIVED, "rotational_to_gravitational") and not angular_momentum_scale(dataset)[1]:
         return None
     if name in _DERIVED:
-        series = dataset.inertia.about_axis("spin") if name == "moment_of_inertia" else dataset.inertia.spin_rate()
-        text = "moment of inertia about the spin axis" if name == "moment_of_inertia" else "mean angular velocity"
+        of_inertia, inertia = name == "moment_of_inertia", dataset.inertia
+        series = inertia.about_axis("spin") if of_inertia else inertia.spin_rate(as_size)
+        text = "moment of inertia about the spin axis" if of_inertia else "mean angular velocity"
         series = series.assign_attrs(long_name=text)
     elif name in dataset and "time" in dataset[name].dims and dataset[name].dtype.kind == "f":
         variable = dataset[name].copy(data=beyond_round_off(dataset[name]))

@@ -115,6 +115,7 @@ class _Arguments:
         self.function = function.__qualname__.removesuffix(".__init__")
         parameters = self.signature.parameters.items()
         self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation)}
+        self.labelled = {name for name, parameter in parameters if "DataArray" in str(parameter.annotation)}
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
         self.arrays = {name for name, parameter in parameters if parameter.annotation is Any}
         self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
@@ -155,7 +156,10 @@ class _Arguments:
         of = name.removesuffix("_uncertainty")
         dimension = DIMENSIONS.get(of) or (units.Dimension(*EXPONENTS[of]) if of in EXPONENTS else None)
         if _is_labelled(value):
-            meant = self.in_units.get(name) or (None if dimension is None else units.si_unit(dimension))
+            if name in self.labelled:
+                return value
+            own = None if dimension is None else units.si_unit(dimension)
+            meant = self.in_units.get(name, own)
             if meant is None or value.attrs["units"] in ("", "1"):
                 return value
             if value.attrs["units"] == meant:

@@ -10,12 +10,17 @@ import pytest
 import astroinertia
 from astroinertia.build.assemble import prepare
 from astroinertia.build.sph import resumed
+from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.sph import accretion
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
 from astroinertia.models.sph.sinks import no_sinks
+from astroinertia.orbits.particles import of_snapshot
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
+from astroinertia.studies.angular_momentum import angular_momentum_spectrum
+from astroinertia.studies.moments import moments, read_matter
+from astroinertia.studies.moments_series import moments_series
 from tests.evolve import prepared, reached
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
@@ -206,6 +211,15 @@ def test_the_dataset_has_sinks_and_the_rate_of_accretion(tmp_path: Path) -> None
     absent = np.isnan(snapshots["density"].values).sum(axis=1)
     assert absent[0] == 0
     assert absent[-1] / 200 == pytest.approx(float(series["accreted_mass"][-1]), rel=1e-9)
+    # What is left is drawn and summed.
+    tensors = moments_series(snapshots)["inertia_tensor"].values
+    taken = series["time"].values.searchsorted(snapshots["snapshot_time"].values)
+    np.testing.assert_allclose(tensors, series["inertia_tensor"].values[taken], rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(moments(read_matter(tmp_path / "run"))["inertia_tensor"], tensors[-1], atol=1e-14)
+    assert np.isfinite(angular_momentum_spectrum(snapshots)).all()
+    assert 200 - absent[-1] == of_snapshot(snapshots.isel(snapshot_time=-1), 1.0).N
+    for command in ("show", "view", "report", "movie"):
+        assert main([command, str(tmp_path / "run")]) == 0, command
 
 
 @pytest.mark.parametrize(

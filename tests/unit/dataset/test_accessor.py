@@ -84,6 +84,11 @@ def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) ->
         (lambda i: i.pattern_speed(7), SceneError, "mode must be one of the orders that are recorded, 1, 2, 3, 4"),
         (lambda i: i.strain("up"), SceneError, "polar_angle: 'up' is not a number and a unit"),
         (lambda i: i.growth_rate("density_max", start=3 * u.kg), SceneError, "start: must be in s, or in units"),
+        (lambda i: i.growth_rate("nothing"), AbsentError, "this dataset has no 'nothing'"),
+        (lambda i: i.growth_rate("gravitational_energy"), SceneError, "growth as exp(rate t) needs"),
+        (lambda i: i.quantity("effect"), SceneError, "effect has no numbers, so that it has no unit."),
+        (lambda i: i.about_axis([0, 0, 0]), SceneError, "an axis must have a direction: its components are all 0"),
+        (lambda i: i.torque_shares([0, 1]), SceneError, "an axis has three components, not the shape (2,)"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_sentence(call: Any, kind: type, sentence: str, ds: xr.Dataset) -> None:
@@ -145,3 +150,64 @@ def test_a_star_that_turns_so_fast_is_said_to_turn_so_fast(ds: xr.Dataset, asked
     assert not limits.sheds_mass.any()
     faster = turning.assign(angular_velocity=turning["angular_velocity"] * 1.02 / asked)
     assert faster.assign_attrs(model="sph").inertia.rotation_limits().sheds_mass.all()
+
+
+def test_axes_that_move_have_directions_and_no_lengths(ds: xr.Dataset) -> None:
+    """However they are given: a vector, one for each time as an array, a list or a series, of any length."""
+    count = ds.sizes["time"]
+    generator = np.random.default_rng(1)
+    moving = generator.normal(size=(count, 3))
+    series = xr.DataArray(3.0 * moving, dims=("time", "i"), coords={"i": list("xyz")})
+    for method in ("about_axis", "acceleration_shares", "torque_shares"):
+        asked = getattr(ds.inertia, method)
+        np.testing.assert_allclose(asked([0.0, 0.0, 2.0]), asked("z"), rtol=1e-14)
+        np.testing.assert_allclose(asked(np.tile([0.0, 0.0, 7.0], (count, 1))), asked("z"), rtol=1e-14)
+        one_by_one = [asked(list(axis)).isel(time=k).values for k, axis in enumerate(moving)]
+        for given in (moving, moving.tolist(), series, series.sel(i=["z", "x", "y"])):
+            np.testing.assert_allclose(asked(given).values, one_by_one, rtol=1e-12)
+
+
+def test_the_order_of_components_is_that_of_their_labels(ds: xr.Dataset) -> None:
+    turned = ds.sel(i=["z", "x", "y"], j=["y", "z", "x"])
+    for ask in (
+        lambda i: i.about_axis("z"),
+        lambda i: i.torque_shares("x"),
+        lambda i: i.strain(0.4, 0.3).plus,
+        lambda i: i.spin_rate(),
+    ):
+        np.testing.assert_allclose(ask(turned.inertia), ask(ds.inertia), rtol=1e-13)
+    with pytest.raises(ValueError, match="vectors and tensors must be whole: along i there is x, y"):
+        _ = ds.sel(i=["x", "y"]).inertia
+
+
+def test_one_time_and_one_effect_can_be_chosen(ds: xr.Dataset) -> None:
+    last = ds.isel(time=-1).inertia
+    np.testing.assert_array_equal(last.about_axis("z"), ds.inertia.about_axis("z")[-1:])
+    np.testing.assert_array_equal(last.acceleration_shares("x"), ds.inertia.acceleration_shares("x")[-1:])
+    pulled = ds.sel(effect="gravity").inertia
+    np.testing.assert_array_equal(pulled.virial_shares()[:, 1], ds.inertia.virial_shares().sel(share="gravity"))
+    with pytest.raises(ValueError, match="the dataset has no times"):
+        _ = ds.mean("time").inertia
+
+
+def test_a_radius_is_in_the_unit_that_it_says(ds: xr.Dataset) -> None:
+    radius = ds["mean_radius"] / 1e3
+    found = ds.inertia.moment_ratio(radius.assign_attrs(units="km"))
+    np.testing.assert_allclose(found, ds.inertia.moment_ratio(ds["mean_radius"]), rtol=1e-14)
+    with pytest.raises(AstroinertiaError, match="must be a length"):
+        ds.inertia.moment_ratio(radius.assign_attrs(units="kg"))
+
+
+def test_in_a_rotating_frame_nothing_is_said_of_waves_and_break_up() -> None:
+    """A body that rests in such a frame turns with it: its own rates say nothing of either."""
+    turning = dataset.headline(affine_run(), METADATA | {"frame": "rotating with the scene's rotating_frame"})
+    assert turning["angular_velocity"].attrs["comment"].endswith("; relative to the rotating frame")
+    assert turning["rotational_to_gravitational"].attrs["comment"].endswith("; relative to the rotating frame")
+    for ask in (lambda i: i.strain(0.0), lambda i: i.rotation_limits()):
+        with pytest.raises(AbsentError, match="follow from rates in an inertial frame, and that of"):
+            ask(turning.inertia)
+    assert "relative to the rotating frame" in plots.summary(turning)
+
+
+def test_the_reference_radius_is_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:
+    assert ds.attrs["reference_radius"] == METADATA["code_units"]["length"]

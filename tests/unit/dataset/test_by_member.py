@@ -77,3 +77,19 @@ def test_pictures_are_of_one_member(sweep):
     assert sweep.inertia.snapshots is None
     with pytest.raises(ValueError, match="no member of this sweep has records"):
         sweep.isel(member=[3]).inertia.spin_rate()
+
+
+def test_a_spin_means_the_same_in_every_member(runs):
+    """A member whose axis has not gone far yet is compared with one whose axis has: both by the size of the spin."""
+    series = ["inertia_tensor", "second_moment", "kinetic_tensor", "mass", "angular_momentum", "angular_velocity"]
+    angle = np.linspace(0.0, 3.0, runs[2].sizes["time"])
+    moved = runs[2][series].copy(deep=True)
+    moved["angular_momentum"].values[:] = np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=1)
+    short = moved.isel(time=slice(0, 1))
+    assert moved.inertia.axis_moves() and not short.inertia.axis_moves()
+    both = xr.concat([short, moved], "member", join="outer", coords="minimal", compat="override").inertia
+    assert both.axis_moves()
+    rates = both.spin_rate()
+    assert "whose axis moves" in rates.attrs["long_name"]
+    np.testing.assert_array_equal(rates.isel(member=0, time=0), rates.isel(member=1, time=0))
+    np.testing.assert_array_equal(rates.isel(member=0, time=slice(0, 1)), short.inertia.spin_rate(as_size=True))

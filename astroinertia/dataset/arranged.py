@@ -1,0 +1,33 @@
+"""A dataset as the accessor reads it, however xarray has cut it: times along a dimension, components from x to z.
+
+Tests: tests/unit/dataset/test_accessor.py.
+"""
+
+from typing import Any
+
+import xarray as xr
+
+from astroinertia.observables.quantities import DERIVED, RECORDED
+
+
+def along(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset of which one time or one effect was chosen, with that as the only one."""
+    if "time" not in dataset.coords:
+        raise ValueError("the dataset has no times: the accessor is for records of a run, not for what is made of them")
+    for dim in ("time", "effect"):
+        if dim in dataset.coords and dim not in dataset.dims:
+            schema = RECORDED | DERIVED
+            names = [name for name in dataset.data_vars if name not in schema or dim in schema[str(name)].dims]
+            chosen = {name: dataset[name].expand_dims(dim) for name in names if dim == "time" or name in schema}
+            dataset = dataset.drop_vars(dim).assign(chosen)
+    return dataset
+
+
+def from_x_to_z(series: Any) -> Any:
+    """A dataset or a series with its components from x to z, whose order xarray lets anyone change."""
+    for dim in {"i", "j"} & set(series.dims) & set(series.coords):
+        labels = series[dim].values.tolist()
+        if sorted(labels) != ["x", "y", "z"]:
+            raise ValueError(f"vectors and tensors must be whole: along {dim} there is {', '.join(map(str, labels))}")
+        series = series if labels == ["x", "y", "z"] else series.sel({dim: ["x", "y", "z"]})
+    return series
