@@ -96,7 +96,9 @@ class InertiaAccessor:
         self._tree = opened if isinstance(opened, xr.DataTree) else None
         dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
         if "inertia_tensor" not in dataset:
-            raise ValueError("this dataset has no inertia_tensor; the accessor is for datasets of astroinertia")
+            members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
+            more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
+            raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
         dataset = from_x_to_z(along(dataset))
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 

@@ -15,6 +15,7 @@ _ALONG = 1e-9  # below this sine of the angle from z, L goes round nothing
 _FEW = 16  # records from which a course and an oscillation about it follow
 _SMALL = 0.1  # rad: the wobble up to which it dies away by a factor e in one time
 _GONE = 1e-14  # of the energy: round-off
+_LEFT = 0.05  # of a line and a sine: what may be left of a motion that is said to be these
 _SEARCHED = np.linspace(0.5, 2.5, 81)  # periods in the run, besides those near the largest of the spectrum
 _ROUND_OFF = 1e-12  # of the sine of an angle: a nutation smaller than that is none
 
@@ -93,9 +94,10 @@ def attitude_attributes(series: Series) -> dict[str, dict[str, Any]]:
 
 
 def course(time: np.ndarray, values: np.ndarray) -> Course | None:
-    """A line and one sine through values (T,) at times (T,) by least squares; None where records are too sparse.
+    """A line and one sine through values (T,) at times (T,) by least squares.
 
-    Its frequency is looked for near the largest of the spectrum and among a few turns in the whole run.
+    None where records are too sparse, and where both leave much of the motion, as of one by several torques. The
+    frequency is looked for near the largest of the spectrum and among a few turns in the whole run.
     """
     span = time[-1] - time[0]
     shift = (time - time[0]) / span - 0.5
@@ -115,8 +117,11 @@ def course(time: np.ndarray, values: np.ndarray) -> Course | None:
     turns = min((*_SEARCHED, *np.linspace(max(peak - 1.0, 0.5), peak + 1.0, 81)), key=lambda turns: fit(turns)[0])
     for width in (0.02, 0.002, 0.0002):
         turns = min(turns + width * np.linspace(-1.0, 1.0, 21), key=lambda turns: fit(turns)[0])
-    numbers = fit(turns)[1]
-    return Course(float(numbers[1] / span), float(np.hypot(*numbers[2:])), float(span / turns))
+    left, numbers = fit(turns)
+    size = float(np.hypot(*numbers[2:]))
+    if np.sqrt(left / len(values)) > _LEFT * (abs(numbers[1]) + size):
+        return None
+    return Course(float(numbers[1] / span), size, float(span / turns))
 
 
 def _in_body(series: Series) -> tuple[np.ndarray, np.ndarray]:

@@ -164,9 +164,9 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     if not isinstance(density, xr.DataArray):
         raise ValueError(f"density must be a DataArray of xarray with coordinates, not a {type(density).__name__}")
     centres, widths = {}, {}
-    lengths = {density[name].attrs.get("units") for name in coordinates if name in density.coords}
-    if len(lengths - {None}) > 1:
-        raise ValueError(f"the coordinates must be in one unit, not in {' and '.join(sorted(lengths - {None}))}")
+    lengths = {str(density[name].attrs.get("units", "")) for name in coordinates if name in density.coords} - {""}
+    if len(lengths) > 1:
+        raise ValueError(f"the coordinates must be in one unit, not in {' and '.join(sorted(lengths))}")
     for name in coordinates:
         if name not in density.coords or density.sizes.get(name, 0) < 2:
             raise ValueError(f"the density needs a coordinate {name!r} of two or more cells")

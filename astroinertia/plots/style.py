@@ -43,7 +43,7 @@ PALETTE = {
 EFFECTS = {"motion": INK, "rigidity": SKY} | {
     kind: PALETTE[entry.colour] for kind, entry in CATALOGUE.items() if entry.colour
 }
-SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN)
+SPARE = (PURPLE, SKY, ORANGE, YELLOW, GREEN, BLUE, VERMILLION)
 TIME_MAP, DENSITY_MAP = "viridis", "inferno"
 RESOLUTION = 160  # dots an inch of files
 NOTEBOOK = 72.0  # the same of what notebooks show, as IPython's own pictures have
@@ -183,11 +183,13 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def effect_colour(name: str, names: list[str]) -> str:
-    """The colour of an effect, the same in every figure."""
-    if name in EFFECTS:
-        return EFFECTS[name]
-    unknown = [effect for effect in names if effect not in EFFECTS]
-    return SPARE[unknown.index(name) % len(SPARE)]
+    """The colour of an effect, the same in every figure of a run: its own, unless an effect before it has that one."""
+    taken: list[str] = []
+    for effect in [*names[: names.index(name)], name] if name in names else [name]:
+        own = EFFECTS.get(effect, SPARE[0])
+        free = (colour for colour in (own, *SPARE) if colour not in taken)
+        taken.append(next(free, own))
+    return taken[-1]
 
 
 def words(name: str) -> str:

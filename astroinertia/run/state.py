@@ -77,7 +77,7 @@ class RunState:
         known = [name for name in (*self._series, *self._derived) if name in self._schema]
         particles = [many for many, one in OF_PARTICLES.items() if self._particles and one in self._particles]
         moving = [CENTRE_VELOCITY] if {"momentum", "mass"} <= set(known) else []
-        return ["time", "step", "model", "effects", *dict.fromkeys([*known, *moving, *particles])]
+        return list(dict.fromkeys(["time", "step", "model", "effects", *known, *moving, *particles]))
 
     def __repr__(self) -> str:
         particles = "" if self._particles is None else f", {len(self._particles['mass'])} particles"

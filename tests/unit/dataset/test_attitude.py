@@ -51,6 +51,13 @@ def test_a_line_with_an_oscillation_gives_its_rate_also_where_turns_are_not_whol
 
 
 @pytest.mark.slow
+def test_a_motion_that_is_no_line_and_no_oscillation_is_said_to_be_neither():
+    time = np.linspace(0.0, 10.0, 500)
+    blows = 0.3 * (time > 2.0) - 0.8 * (time > 3.1) + 0.5 * (time > 7.7)  # each of which turns it at once
+    assert course(time, 0.05 * time + blows) is None
+    assert course(time, 0.05 * time + 1e-3 * blows) is not None
+
+
 def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
     ds = top(tmp_path, [1.0, 1.0, 1.5], 0.3)
     inertia, momentum = ds.inertia_tensor.values[0], ds.angular_momentum.values[0]

@@ -353,3 +353,10 @@ def test_the_summary_of_a_problem_with_a_converged_answer_has_the_distance_to_it
     assert "distance to the converged answer" in shown
     assert "spherical grid" in shown, "where the numbers come from"
     assert "converged answer" not in plots.summary(series)
+
+
+def test_effects_of_one_run_have_colours_of_their_own():
+    names = ["gravity", "damping", "external_field", "mine", "impulses", "viscosity"]  # three of which are purple
+    colours = [style.effect_colour(name, names) for name in names]
+    assert len(set(colours)) == len(names)
+    assert colours[:2] == [style.EFFECTS["gravity"], style.EFFECTS["damping"]]
