@@ -145,6 +145,8 @@ class _Arguments:
         return bound.args, bound.kwargs
 
     def _number(self, name: str, value: Any, units: Any) -> Any:
+        if hasattr(type(value), "data_vars"):
+            return value  # a dataset, whose variables say their units to whoever reads them
         if isinstance(value, Mapping) and any(map(_may_have_unit, value.values())):
             table = {key: self._number(str(key), item, units) for key, item in value.items()}
             return value if all(table[key] is item for key, item in value.items()) else table
