@@ -120,7 +120,7 @@ _RECURS = {
     "spin_axis": "n is the direction of the angular momentum, or the axis of the largest moment where there is none",
     "ratio": "moment of inertia about the spin axis over M R^2",
     "sphere": "of a sphere about the centre of mass; mean radius of a similar ellipsoid where the profile is kept",
-    "system": "of the fluid and the point masses that move with it",
+    "system": "of the body and the point masses that move with it",
     "two_points": "of the companion and the body as two points at their centres of mass",
     "shifted": "the shift of the centre of mass is included",
 }

@@ -19,6 +19,7 @@ from astroinertia.effects.kinds.gravity_gradient import quadrupole_attraction
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint
+from astroinertia.models.protocol import Record
 from astroinertia.models.rigid import body as rigid, splitting
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings, too_fast
@@ -75,6 +76,25 @@ class CoupledRigidBody(RigidBody):
         """Of orbits, spin and the quadrupole in the companions' field."""
         kinetic, potential = self._energies(self._ledgers(self._present()))
         return self.bodies.energy() + kinetic[0] + potential[0]
+
+    def _records(self, met: Met) -> list[Record]:
+        """As of a body alone, with the orbits about it as they are now, which is where the last state is."""
+        records = super()._records(met)
+        return [*records[:-1], *(record | self._orbits(record) for record in records[-1:])]
+
+    def _orbits(self, record: Record) -> dict[str, np.ndarray]:
+        """Companions relative to the body, the orbit of each about it as of two points, and what all keep together."""
+        now, body = _here(self.bodies), float(self.body.mass)
+        reduced = now.mass * body / (now.mass + body)
+        distance = np.linalg.norm(now.place, axis=1)
+        return {
+            "companion_position": now.place,
+            "companion_velocity": now.speed,
+            "companion_angular_momentum": reduced[:, None] * np.cross(now.place, now.speed),
+            "companion_energy": 0.5 * reduced * (now.speed**2).sum(axis=1) - now.mass * body / distance,
+            "system_angular_momentum": self.total_angular_momentum(),
+            "system_energy": self.bodies.energy() + record["kinetic_energy"] + record["potential_energy"],
+        }
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The state, with that of REBOUND to the last bit, for a checkpoint."""

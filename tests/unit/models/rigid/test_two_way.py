@@ -4,11 +4,14 @@ import jax
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.effects.kinds.gravity_gradient import GravityGradient
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.models.rigid.two_way import CoupledRigidBody
 from astroinertia.orbits.simulation import Companion, simulation
+from astroinertia.scene import load
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 MOMENTS = np.array([0.9, 1.0, 1.2]) * 4e-4
 QUATERNION = np.array([0.9, 0.1, 0.3, 0.2]) / np.sqrt(0.95)
@@ -110,3 +113,50 @@ def test_a_body_at_rest_dust_and_whfast_keep_the_angular_momentum_too(case):
         body.advance(0.5)
         assert np.abs(body.total_angular_momentum() - momentum).max() < 1e-14 * np.linalg.norm(momentum)
         assert body.total_energy() == pytest.approx(energy, rel=1e-8)
+
+
+TWO = """
+name = "two"
+model = "rigid"
+[body]
+kind = "rigid"
+mass = "1e15 kg"
+moments = ["0.9e20 kg m2", "1.0e20 kg m2", "1.2e20 kg m2"]
+rotation = { period = "5 h", obliquity = "20 deg" }
+[[companions]]
+name = "moon"
+mass = "2e14 kg"
+semi_major_axis = "4 km"
+eccentricity = 0.2
+inclination = "10 deg"
+[orbits]
+back_reaction = true
+[effects.gravity_gradient]
+[numerics]
+integrator = "splitting"
+[time]
+end = "12 h"
+[output]
+series_every = "1 h"
+"""
+
+
+@pytest.mark.slow
+def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path):
+    """The moon moves as the sum says: its orbit's angular momentum, but for the body's part of it, and the spin's."""
+    ds = astroinertia.open(astroinertia.run_scene(load.loads(TWO), tmp_path / "two"))
+    assert ds["companion_position"].dims == ("time", "companion", "i") and ds["companion"].values.tolist() == ["moon"]
+    place, speed = ds["companion_position"].values[:, 0], ds["companion_velocity"].values[:, 0]
+    reduced = 1e15 * 2e14 / 1.2e15
+    turning = reduced * np.cross(place, speed)
+    near = 1e-12 * np.linalg.norm(turning[0])
+    np.testing.assert_allclose(ds["companion_angular_momentum"][:, 0], turning, rtol=0, atol=near)
+    energy = 0.5 * reduced * (speed**2).sum(axis=1) - GRAVITATIONAL_CONSTANT * 2e29 / np.linalg.norm(place, axis=1)
+    np.testing.assert_allclose(ds["companion_energy"][:, 0], energy, rtol=1e-11)
+    whole = ds["system_angular_momentum"].values
+    np.testing.assert_allclose(whole, turning + ds["angular_momentum"].values, rtol=0, atol=near)
+    assert np.abs(whole - whole[0]).max() < 1e-14 * np.linalg.norm(whole[0])
+    assert np.ptp(ds["system_energy"].values) < 1e-6 * abs(ds["system_energy"].values[0])
+    # What the two exchange is there to be seen.
+    assert np.linalg.norm(turning[-1] - turning[0]) > 1e-4 * np.linalg.norm(turning[0])
+    np.testing.assert_allclose(np.linalg.norm(place[0]), 4e3 * (1 - 0.2), rtol=1e-9)  # at the pericentre
