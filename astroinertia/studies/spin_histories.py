@@ -27,7 +27,7 @@ _TIMES = 200
 _RADII = 200
 
 
-@with_quantities()
+@with_quantities(end="s")
 def pulsar_history(
     period: Quantity = "33.3924123 ms",
     period_derivative: float = 4.20972e-13,
@@ -75,7 +75,7 @@ def pulsar_history(
     return _along("time", times, "s", "time from now on", columns, "a pulsar that brakes")
 
 
-@with_quantities()
+@with_quantities(end="s")
 def contraction_history(
     mass: Quantity = "1.898e27 kg",
     radius: Quantity = "140000 km",
