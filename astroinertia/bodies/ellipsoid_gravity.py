@@ -58,7 +58,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     return _LOG_STEP * (terms * u**power).sum()
 
 
-@with_quantities()
+@with_quantities(axes="m")
 def potential(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the potential (negative) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
@@ -74,7 +74,7 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
     return -math.pi * gravitational_constant * density * (whole - (symbols * points**2).sum(-1))
 
 
-@with_quantities()
+@with_quantities(axes="m")
 def acceleration(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the gravity (..., 3) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
@@ -88,7 +88,7 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
     return -2 * math.pi * gravitational_constant * density * _shifted_symbols(axes, squares) * points
 
 
-@with_quantities()
+@with_quantities(axes="m")
 def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return W = -(3/5) G M^2 R_F(a^2, b^2, c^2) of the homogeneous ellipsoid.
 
@@ -102,7 +102,7 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
     return -0.6 * gravitational_constant * mass**2 * float(elliprf(*(axes**2 / scale2))) / math.sqrt(scale2)
 
 
-@with_quantities()
+@with_quantities(axes="m")
 def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the diagonal of Chandrasekhar's potential-energy tensor (3,), of sum W.
 

@@ -37,7 +37,7 @@ def cross_matrix(vector: Array) -> Array:
     return xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-@with_quantities()
+@with_quantities(vector="rad")
 def rotation(vector: Array) -> Array:
     """The rotation (..., 3, 3) about a rotation vector (..., 3): its direction is the axis, its length the angle.
 
@@ -144,7 +144,7 @@ def quaternion_product(left: Array, right: Array) -> Array:
     return xp.concatenate([scalar, w * u + s * v + xp.cross(v, u)], axis=-1)
 
 
-@with_quantities()
+@with_quantities(angles="rad")
 def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     """The attitude (..., 3, 3) of Euler angles (..., 3), about the axes of the sequence as they have been turned.
 
