@@ -75,9 +75,15 @@ def run_steps(path: Path, steps: int, particles: int, engine: str) -> dict[str, 
         "internal": not outside,
         "bounded": problem.engine.bounded,
         # Programs of xla take long to compile: there, test_effect_checks compares potentials with accelerations.
-        "slopes": slopes(problem, state) if engine == "numba_cpu" else {},
+        "slopes": slopes_of_potentials(problem, state) if engine == "numba_cpu" else {},
         "viscous": "viscosity" in names,
     }
+
+
+def slopes_of_potentials(problem: Any, state: Any) -> dict[str, float]:
+    """Of all effects whose work is that of a potential, which that of pressure by gradients from a matrix is not."""
+    without = {effect.kind for effect in problem.effects if effect.needs_heat}
+    return {kind: slope for kind, slope in slopes(problem, state).items() if kind not in without}
 
 
 def own_checks(problem: Any, arrangement: Any, state: Any) -> dict[str, Any]:
