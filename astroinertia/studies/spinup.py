@@ -7,6 +7,7 @@ Tests: tests/unit/studies/test_spinup.py.
 import math
 import tempfile
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -25,7 +26,7 @@ from astroinertia.bodies.tov import structure
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.variables import of_rows, variables
-from astroinertia.errors import NumericalError, SceneError
+from astroinertia.errors import AbsentError, NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
 from astroinertia.process.quantities import with_quantities
@@ -108,12 +109,14 @@ def spin_up(
 @with_quantities()
 @with_absent
 def with_limits(dataset: xr.Dataset, shedding: str = "roche") -> xr.Dataset:
-    """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` tells them.
+    """Return a run's dataset with its limits of rotation, as `dataset.inertia.rotation_limits` has them, where it does.
 
     >>> print(bool(with_limits(ds).kepler_fraction[0] < 1))
     True
     """
-    return dataset.assign(dataset.inertia.rotation_limits(shedding).data_vars)
+    with suppress(AbsentError):  # of rates in a frame that turns
+        dataset = dataset.assign(dataset.inertia.rotation_limits(shedding).data_vars)
+    return dataset
 
 
 @with_quantities()
