@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.snapshots import present
 from astroinertia.errors import AbsentError
 from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field, particle_field
 from astroinertia.inertia.principal import principal_frame
@@ -87,9 +88,9 @@ def run_fields(
 
 
 def _of_snapshot(particles: xr.Dataset, degree: int, radius: float) -> GravityField:
-    mass, position = particles["mass"].values, particles["position"].transpose("particle", "i").values
-    present = np.isfinite(mass)  # those that sinks have accreted are NaN
-    return particle_field(mass[present], position[present], degree, radius)
+    particles = present(particles)
+    position = particles["position"].transpose("particle", "i").values
+    return particle_field(particles["mass"].values, position, degree, radius)
 
 
 def _of_layers(mass: float, inertia: np.ndarray, radius: float, degree: int, means: np.ndarray) -> GravityField:

@@ -90,6 +90,10 @@ class Body:
             self.inertia + other.inertia + point_inertia(mine * (theirs / total), apart),
         )
 
+    def __radd__(self, other: Any) -> "Body":
+        """0 + body, with which sum() begins, is the body."""
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     def __neg__(self) -> "Body":
         """The hole that this body would leave: negative mass and inertia at the same place."""
         return Body(-self.mass, self.centre, -self.inertia)

@@ -10,7 +10,17 @@ from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
-from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads
+from astroinertia.plots.matter import (
+    POLE_ON,
+    SIDE_ON,
+    Matter,
+    draw_sinks,
+    draw_triad,
+    matter,
+    reach,
+    triads,
+    with_sinks,
+)
 from astroinertia.plots.render import column_density, density_slice, flow
 from astroinertia.plots.shown_units import raised, written
 
@@ -84,14 +94,15 @@ def name_view(axes: Any, text: str, height: float = 0.96) -> Any:
 
 
 def _figure(dataset: xr.Dataset, snapshots: xr.Dataset, title: str, views: tuple[str, str]) -> Figure:
-    chosen = moments_to_show(snapshots)
+    chosen, snapshots = moments_to_show(snapshots), with_sinks(dataset, snapshots)
     with style.styled():
         figure = style.begin(dataset, title, (3.9 * len(chosen) + 0.6, 8.4))
         panels = figure.subplots(2, len(chosen), squeeze=False)
         for column, (index, name) in enumerate(chosen):
             _column(figure, panels[:, column], snapshots.isel(snapshot_time=index).load(), name, views is SLICES)
+        with_stars = "; stars are sinks" if "sink_position" in snapshots else ""
         for axes, text in zip(panels[:, 0], views, strict=True):
-            name_view(axes, text)
+            name_view(axes, text + with_stars)
         return figure
 
 
@@ -124,6 +135,7 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
         axes.set(xlim=np.array([-1, 1]) * half_width / length_scale, ylim=np.array([-1, 1]) * half_width / length_scale)
         if not sliced:
             draw_triad(axes, frame, plane, length_scale, half_width)
+        draw_sinks(axes, particles.sinks, plane, length_scale)
     if sliced:
         _arrows(panels, particles, half_width, length_scale, style.unit_of(snapshot["velocity"]))
     panels[0].set_title(title + _moment(snapshot["snapshot_time"]))

@@ -15,7 +15,18 @@ from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.density import column_unit, draw_density, frame_view, name_view, scale_of_colours
 from astroinertia.plots.ellipsoid import BODY_COLOUR, lit_ellipsoid
-from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, matter, reach, triads, triads_of_series
+from astroinertia.plots.matter import (
+    POLE_ON,
+    SIDE_ON,
+    Matter,
+    draw_sinks,
+    draw_triad,
+    matter,
+    reach,
+    triads,
+    triads_of_series,
+    with_sinks,
+)
 from astroinertia.plots.render import column_density
 
 VIEWS = ((SIDE_ON, "side-on"), (POLE_ON, "pole-on"))
@@ -62,7 +73,7 @@ def frames(
 
     numbers: as `chosen` gives them. ArchiveError for a body that has no shape. Tests: tests/unit/plots/test_film.py.
     """
-    subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(snapshots, numbers)
+    subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(with_sinks(dataset, snapshots), numbers)
     widths = camera(subject.extents)
     length, length_unit = style.scale_of(subject.unit, widths)
     with style.styled():
@@ -114,8 +125,10 @@ def _fluid(snapshots: xr.Dataset, numbers: np.ndarray) -> _Subject:
     norm = scale_of_colours([_column(at(k), plane, float(widths[k])) for k in sorted(sampled) for plane, _ in VIEWS])
 
     def paint(panel, k, plane, width, length) -> None:
-        draw_density(panel, _column(at(k), plane, width), norm, width / length)
+        particles = at(k)
+        draw_density(panel, _column(particles, plane, width), norm, width / length)
         draw_triad(panel, axes[k], plane, length, width)
+        draw_sinks(panel, particles.sinks, plane, length)
 
     label = style.label("column density", column_unit(snapshots["density"]))
     times = snapshots["snapshot_time"].values[numbers]

@@ -19,17 +19,22 @@ UNDEFINED = "#b8b8b8"
 SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
 CORE = 3.0  # radii of half the mass, which the width follows where matter is so condensed that its core would be a dot
 _EDGE = 0.93  # of the half width, where an axis that reaches out of the picture has its number
+SINKS = "#ffb454"
 _SHORTEST = 0.05  # of the picture's half width: an axis that is seen more end on than this has no number
 
 
 @dataclass(frozen=True)
 class Matter:
-    """Particles about the middle of a picture: position and velocity (N, 3), mass and smoothing length (N,)."""
+    """Particles about the middle of a picture: position and velocity (N, 3), mass and smoothing length (N,).
+
+    sinks: their positions (S, 3) about the same middle.
+    """
 
     position: np.ndarray
     velocity: np.ndarray
     mass: np.ndarray
     size: np.ndarray
+    sinks: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -42,18 +47,32 @@ class Triad:
     defined: np.ndarray
 
 
+def with_sinks(dataset: xr.Dataset, snapshots: xr.Dataset) -> xr.Dataset:
+    """Snapshots with the positions of sinks at their times, where a run has sinks."""
+    if "sink_position" not in dataset:
+        return snapshots
+    then = dataset["sink_position"].sel(time=snapshots["snapshot_time"], method="nearest")
+    return snapshots.assign(sink_position=then.drop_vars("time"))
+
+
 def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
-    """The particles about their centre of mass, or about the middle of the densest matter, which is where a body is."""
+    """The particles about their centre of mass, or about the middle of the densest matter, which is where a body is.
+
+    With the sinks of a snapshot that `with_sinks` made.
+    """
     snapshot = present(snapshot)
     mass = snapshot["mass"].values
     position = snapshot["position"].transpose("particle", "i").values
     velocity = snapshot["velocity"].transpose("particle", "i").values
     weight = mass * snapshot["density"].values if densest else mass
+    middle = weight @ position / weight.sum()
+    sinks = snapshot["sink_position"].transpose("sink", "i").values if "sink_position" in snapshot else np.empty((0, 3))
     return Matter(
-        position - weight @ position / weight.sum(),
+        position - middle,
         velocity - mass @ velocity / mass.sum(),
         mass,
         snapshot["smoothing_length"].values,
+        sinks[np.isfinite(sinks).all(axis=1)] - middle,
     )
 
 
@@ -123,3 +142,10 @@ def draw_triad(panel: Any, triad: Triad, plane: tuple[int, int], scale: float, h
             *beyond, f"{k + 1}", color=colour, fontsize=9, fontweight="bold", ha="center", va="center", zorder=5,
             clip_on=True, path_effects=[withStroke(linewidth=2.4, foreground="black")],
         )  # fmt: skip
+
+
+def draw_sinks(panel: Any, sinks: np.ndarray, plane: tuple[int, int], scale: float) -> None:
+    """Draw sinks (S, 3) as stars."""
+    if len(sinks):
+        places = sinks[:, list(plane)].T / scale
+        panel.plot(*places, "*", color=SINKS, markersize=11, markeredgecolor="black", markeredgewidth=0.7, zorder=4.5)

@@ -56,6 +56,7 @@ _OF_SHAPES = re.compile(
     re.IGNORECASE,
 )
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
+_COMPONENTS = ("principal", "i", "j")  # dimensions of vectors and tensors in datasets, in their order there
 _EXACT = 2**53  # whole numbers up to here are numbers of float64
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -135,7 +136,7 @@ class _Arguments:
             bound.arguments[name] = self._number(name, value, units)
         changed = any(bound.arguments[name] is not value for name, value in before.items())
         for name, value in bound.arguments.items():
-            bound.arguments[name] = self._real(name, value)
+            bound.arguments[name] = self._real(name, value if name in self.labelled else _without_labels(value))
         gravity = self.signature.parameters.get("gravitational_constant")
         if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
@@ -238,7 +239,12 @@ def _needs_a_look(value: Any) -> bool:
         return abs(value) > _EXACT
     if made is np.ndarray:
         return value.dtype.kind != "f"
-    return isinstance(value, _LOOKED_AT) or _dtype_kind(value) in ("i", "u") or _may_have_unit(value)
+    return (
+        isinstance(value, _LOOKED_AT)
+        or _dtype_kind(value) in ("i", "u")
+        or _may_have_unit(value)
+        or _has_components(value)
+    )
 
 
 def _dtype_kind(value: Any) -> str | None:
@@ -267,6 +273,18 @@ def _bare(series: Any) -> Any:
     series = series.copy(deep=False)
     series.attrs = {}
     return series
+
+
+def _has_components(value: Any) -> bool:
+    """Whether it is a series of vectors or tensors of a dataset."""
+    return hasattr(type(value), "dims") and hasattr(value, "values") and any(dim in _COMPONENTS for dim in value.dims)
+
+
+def _without_labels(value: Any) -> Any:
+    """A series of vectors or tensors as an array, components last: labelled products sum over what has one name."""
+    if not _has_components(value) or hasattr(type(value), "data_vars"):
+        return value
+    return value.transpose(..., *(dim for dim in _COMPONENTS if dim in value.dims)).values
 
 
 def _is_quantity(made: type) -> bool:

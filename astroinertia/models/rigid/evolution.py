@@ -259,9 +259,27 @@ class RigidBody:
             kinetic_energy=energy, internal_energy=heat if heats.any() else unknown, gravitational_energy=unknown,
             potential_energy=potential, total_energy=energy + potential + heat, integration_energy_error=unexplained,
         )  # fmt: skip
-        columns = row(states, attitude=ledger.attitude, timestep=met.timestep)
+        columns = row(states, attitude=ledger.attitude, timestep=met.timestep) | self._orbits(met.time)
         rows = zip(*(column.tolist() if column.ndim == 1 else column for column in columns.values()), strict=True)
         return [dict(zip(columns, values, strict=True)) for values in rows]
+
+    def _orbits(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """Companions relative to the body at some times, and the orbit of each about it as of two points."""
+        companions, body = self.body.companions, float(self.body.mass)
+        if companions is None:
+            return {}
+        mass = np.asarray(companions.mass)
+        place, speed = (
+            np.broadcast_to(known(times), (len(times), len(mass), 3))
+            for known in (companions.position, companions.velocity)
+        )
+        reduced = mass * body / (mass + body)
+        return {
+            "companion_position": place,
+            "companion_velocity": speed,
+            "companion_angular_momentum": reduced[:, None] * np.cross(place, speed),
+            "companion_energy": 0.5 * reduced * (speed**2).sum(axis=-1) - mass * body / np.linalg.norm(place, axis=-1),
+        }
 
     def strike(self, number: int, effect: Any) -> None:
         """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""

@@ -78,23 +78,15 @@ class CoupledRigidBody(RigidBody):
         return self.bodies.energy() + kinetic[0] + potential[0]
 
     def _records(self, met: Met) -> list[Record]:
-        """As of a body alone, with the orbits about it as they are now, which is where the last state is."""
-        records = super()._records(met)
-        return [*records[:-1], *(record | self._orbits(record) for record in records[-1:])]
-
-    def _orbits(self, record: Record) -> dict[str, np.ndarray]:
-        """Companions relative to the body, the orbit of each about it as of two points, and what all keep together."""
-        now, body = _here(self.bodies), float(self.body.mass)
-        reduced = now.mass * body / (now.mass + body)
-        distance = np.linalg.norm(now.place, axis=1)
-        return {
-            "companion_position": now.place,
-            "companion_velocity": now.speed,
-            "companion_angular_momentum": reduced[:, None] * np.cross(now.place, now.speed),
-            "companion_energy": 0.5 * reduced * (now.speed**2).sum(axis=1) - now.mass * body / distance,
-            "system_angular_momentum": self.total_angular_momentum(),
-            "system_energy": self.bodies.energy() + record["kinetic_energy"] + record["potential_energy"],
-        }
+        """As of a body alone, of the present state, with what orbits and spin keep together."""
+        return [
+            record
+            | {
+                "system_angular_momentum": self.total_angular_momentum(),
+                "system_energy": self.bodies.energy() + record["kinetic_energy"] + record["potential_energy"],
+            }
+            for record in super()._records(met)
+        ]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The state, with that of REBOUND to the last bit, for a checkpoint."""

@@ -124,3 +124,11 @@ def test_a_light_part_far_away_does_not_round_off_the_place_of_a_heavy_one():
     light = Body(1e-9, np.array([1e6, 0.0, 0.0]), np.eye(3))
     for whole in (heavy + light, light + heavy):
         np.testing.assert_allclose(whole.centre - heavy.centre, [1e-12, 0.0, 0.0], atol=1e-16)
+
+
+def test_the_sum_of_bodies_is_the_composite_body():
+    parts = [Body(float(k + 1), np.eye(3)[k], np.diag([1.0, 2.0, 2.5])) for k in range(3)]
+    whole, one_by_one = sum(parts), parts[0] + parts[1] + parts[2]
+    np.testing.assert_array_equal(whole.inertia, one_by_one.inertia)
+    with pytest.raises(TypeError, match="unsupported operand"):
+        1 + parts[0]

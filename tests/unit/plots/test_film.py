@@ -37,7 +37,8 @@ def turned(angle):
     c, s = np.cos(angle), np.sin(angle)
     count = len(points)
     matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    return Matter(points @ matrix.T + [0.5, 0.0, 0.0], 0 * points, np.ones(count), np.full(count, 0.1))
+    places = points @ matrix.T + [0.5, 0.0, 0.0]
+    return Matter(places, 0 * points, np.ones(count), np.full(count, 0.1), np.empty((0, 3)))
 
 
 def test_axes_of_particles_are_those_of_the_ellipsoid_and_follow_it_round():
@@ -79,7 +80,8 @@ def test_a_picture_of_condensed_matter_is_framed_between_core_and_envelope():
     """Half of the mass in a core of 0.01, the rest out to 1: neither is it 1.25 wide, nor 0.03."""
     uniform = particle_sphere(2000)
     condensed = np.concatenate([0.01 * uniform, uniform])
-    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points))))
+    no_sinks = np.empty((0, 3))
+    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), no_sinks))
               for points in (uniform, condensed)]  # fmt: skip
     assert widths[0] == pytest.approx(1.25, rel=0.02)
     assert 0.1 < widths[1] < 0.3

@@ -18,6 +18,7 @@ from astroinertia import plots
 from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import density, pictures, style, waves
+from astroinertia.plots.matter import matter, reach
 from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.affine_datasets import headline, particles
@@ -326,6 +327,22 @@ def test_outputs_to_draw_include_both_ends_and_the_greatest_density(series):
     assert chosen[-1] == series.sizes["time"] - 1
     assert int(np.argmax(series["density_max"].values)) in chosen
     assert (np.diff(chosen) > 0).all()
+
+
+def test_sinks_are_stars_where_they_are_at_the_time_of_a_picture(series, snapshots):
+    """The second sink is made after the first picture; the middle of a picture is not that of the coordinates."""
+    places = np.full((series.sizes["time"], 2, 3), np.nan)
+    places[:, 0] = [1e9, 2e9, 3e9]
+    places[series.sizes["time"] // 2 :, 1] = [-1e9, 0.0, 0.0]
+    with_two = series.assign(sink_position=(("time", "sink", "i"), places))
+    panels = density.projection_figure(with_two, snapshots).axes[:6]
+    stars = [next(line for line in axes.lines if line.get_marker() == "*").get_xydata() for axes in panels]
+    assert len(stars[0]) == 1 and len(stars[2]) == 2
+    last = snapshots.isel(snapshot_time=-1)
+    weight = (last["mass"] * last["density"]).values
+    middle = weight @ last["position"].values / weight.sum()
+    scale = style.scale_of("m", reach(matter(last, densest=True)))[0]
+    np.testing.assert_allclose(stars[2], (places[-1] - middle)[:, [0, 2]] / scale, rtol=1e-12)
 
 
 def test_snapshots_to_show(snapshots):

@@ -382,3 +382,13 @@ def test_frequencies_of_tides_and_wobbles_are_in_radians() -> None:
     assert rheology.maxwell("1 cycle/s", 2.0) == pytest.approx(rheology.maxwell(2 * np.pi, 2.0))
     with pytest.raises(InputError, match=r"^frequency: must be in rad/s"):
         rheology.maxwell(1 * u.Hz, 2.0)
+
+
+def test_series_of_tensors_of_a_dataset_are_turned_time_by_time() -> None:
+    """A product of labelled arrays sums over all that has one name in both, time included."""
+    tensors = xr.DataArray(np.arange(18.0).reshape(2, 3, 3), dims=("time", "i", "j"), attrs={"units": "kg m2"})
+    tensors = 0.5 * (tensors + tensors.rename(i="j", j="i"))
+    axes = np.stack([np.eye(3), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    turned = tensor.rotated(tensors.transpose("i", "j", "time"), xr.DataArray(axes, dims=("time", "principal", "i")))
+    values = tensors.transpose("time", "i", "j").values
+    np.testing.assert_allclose(turned, [turn @ one @ turn.T for turn, one in zip(axes, values, strict=True)])

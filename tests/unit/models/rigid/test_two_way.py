@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+import rebound
 
 import astroinertia
 from astroinertia.effects.kinds.gravity_gradient import GravityGradient
@@ -160,3 +161,25 @@ def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path):
     # What the two exchange is there to be seen.
     assert np.linalg.norm(turning[-1] - turning[0]) > 1e-4 * np.linalg.norm(turning[0])
     np.testing.assert_allclose(np.linalg.norm(place[0]), 4e3 * (1 - 0.2), rtol=1e-9)  # at the pericentre
+
+
+@pytest.mark.slow
+def test_orbits_that_the_body_does_not_act_on_are_recorded_too(tmp_path):
+    """As two points they are those of Kepler: with REBOUND's own orbit from where they begin."""
+    ds = astroinertia.open(astroinertia.run_scene(load.loads(TWO.replace("true", "false")), tmp_path / "one"))
+    two = rebound.Simulation()
+    two.G = GRAVITATIONAL_CONSTANT
+    two.add(m=1e15)
+    two.add(m=2e14, a=4e3, e=0.2, inc=np.radians(10))
+    for row, seconds in enumerate(ds["time"].values.tolist()):
+        two.integrate(seconds)
+        body, moon = (np.array(one.xyz + one.vxyz) for one in two.particles)
+        place, speed = np.split(moon - body, 2)
+        np.testing.assert_allclose(ds["companion_position"][row, 0], place, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(ds["companion_velocity"][row, 0], speed, rtol=0, atol=1e-10)
+    turning = ds["companion_angular_momentum"].values[:, 0]
+    reduced = 1e15 * 2e14 / 1.2e15
+    expected = reduced * np.sqrt(GRAVITATIONAL_CONSTANT * 1.2e15 * 4e3 * (1.0 - 0.2**2))
+    np.testing.assert_allclose(np.linalg.norm(turning, axis=1), expected, rtol=1e-9)
+    np.testing.assert_allclose(ds["companion_energy"][:, 0], -GRAVITATIONAL_CONSTANT * 2e29 / 8e3, rtol=1e-9)
+    assert "system_energy" not in ds  # which they do not keep
