@@ -68,6 +68,11 @@ class Ladder:
         """The most particles so far."""
         return max(self.runs)
 
+    def step(self, count: float) -> float:
+        """The distance of so many particles, of the kind that numbers fall with."""
+        assert self.main.step is not None
+        return self.main.step(count)
+
     def run(self, count: int, factor: float, more: tuple[str, ...] = (), what: str = "") -> Measured:
         """A pilot with so many particles, and other settings if need be."""
         steps = "" if factor == 1.0 else f", time steps {factor:g} times as long"
@@ -157,8 +162,8 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
         elif count >= FAILING * fewest:
             return OutOfReach(f"a pilot with {count} particles failed: {pilot.failure}")
         following = int(GROWTH * count)
-        if len(ladder.runs) >= 2:
-            steps = {n ** (-1 / 3): ladder.runs[n] for n in sorted(ladder.runs)[-LAST:]}
+        steps = {ladder.step(n): ladder.runs[n] for n in sorted(ladder.runs)[-LAST:]}
+        if len(steps) >= 2:
             estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
             limit = pilots.limit(steps, estimate.order)
             wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
@@ -227,7 +232,7 @@ def _settled(ladder: Ladder, estimate: Estimate, wanted: float, accuracy: float)
     if wanted < least:
         wanted, why = least, f"{why}; fewer would cost less than the pilots"
     overrides, chosen = ladder.main.overrides(wanted), {"particles": wanted}
-    errors = {"resolution": estimate.at((wanted / finest) ** (-1 / 3)), "time steps": of_steps}
+    errors = {"resolution": estimate.at(ladder.step(wanted) / ladder.step(finest)), "time steps": of_steps}
     reasons = [f"{wanted:.0f} particles: {why}", steps]
     if factor != 1.0:
         overrides += ladder.timestep.overrides(factor)
@@ -295,5 +300,5 @@ def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float) 
         within, advice = f"in {duration(seconds)} some {most:.2g} particles", "ask for no less, or allow more --minutes"
     else:
         most, within, advice = MOST, f"no more than {MOST:.2g} are chosen, which", "ask for no less"
-    best = estimate.at((most / finest) ** (-1 / 3)) / OF_RESOLUTION
+    best = estimate.at(ladder.step(most) / ladder.step(finest)) / OF_RESOLUTION
     return OutOfReach(f"{takes}; {within} have {best:.1e}: {advice}")

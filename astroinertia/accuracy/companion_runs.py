@@ -95,7 +95,12 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         quiet.append(f"output.series_every={duration(scene, min(every, scene.time.end / RECORDS))}")
     still = with_overrides(scene, tuple(quiet))
     knob, coarsest, name = by_name[PARTICLES], still, ""
-    for count in _numbers(float(knob.default), _fewest(scene)):
+    assert knob.step is not None
+    own, steps = round(knob.step(knob.default) ** -3.0), {knob.step(knob.default)}  # lattices have numbers of their own
+    for count in _numbers(own, _fewest(scene)):
+        if knob.step(count) in steps:
+            continue
+        steps.add(knob.step(count))
         turned = with_overrides(still, knob.overrides(count))
         companion = _run(knob, count, "", turned)
         yield companion

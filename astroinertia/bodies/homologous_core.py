@@ -196,6 +196,7 @@ def _last_stretch(rate: float, x_0: float, f_0: float, sums: np.ndarray):
     return float(x_1), far, f, mass, [float(value) for value in sums + more]
 
 
+@with_quantities()
 @dataclass(frozen=True)
 class HomologousCore:
     """A collapsing core of a given mass and radius at t = 0, in units with the given G.

@@ -12,6 +12,8 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 
+import numpy as np
+
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.roots import root_between
@@ -29,6 +31,8 @@ def from_axis_ratio(b_over_a: float, **scale: float) -> HomogeneousEllipsoid:
     >>> print(f"{from_axis_ratio(0.5).polar_moment:.6f}")  # in M R_mean^2
     0.752075
     """
+    if np.ndim(b_over_a):
+        raise ValueError("a Jacobi ellipsoid has one b/a, not an array of them")
     if not (math.exp(_LOG_THINNEST) * (1 - 1e-9) <= b_over_a <= 1):
         raise ValueError(f"a Jacobi ellipsoid has 0 < b/a <= 1 (from 1e-12 on here), not {b_over_a!r}")
     return _unit(float(b_over_a)).rescaled(**scale)

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.optimize import fminbound, root_scalar
@@ -19,7 +20,7 @@ from astroinertia.bodies.neutron_star_fits import shedding_frequency
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.errors import NumericalError
-from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, geometric_density, geometric_pressure
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SOLAR_MASS
@@ -133,6 +134,13 @@ class NeutronStar:
         return self.moment_of_inertia * SOLAR_MASS * SOLAR_LENGTH**2
 
 
+def _geometric(name: str, value: Any) -> float:
+    """A number in geometric units of the Sun, as is, or what is given with a unit."""
+    if isinstance(value, int | float | np.number):
+        return float(value)
+    return float(geometric_pressure(value) if name == "central_pressure" else geometric_density(value))
+
+
 def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
     named = {name: value for name, value in options.items() if value is not None}
     if len(named) != 1:
@@ -140,7 +148,7 @@ def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
     ((name, value),) = named.items()
     if name == "central_enthalpy":
         return float(value)
-    return equation.enthalpy_of(name.removeprefix("central_"), float(value))
+    return equation.enthalpy_of(name.removeprefix("central_"), _geometric(name, value))
 
 
 def star(
@@ -154,6 +162,8 @@ def star(
     tolerance: float = TOLERANCE,
 ) -> NeutronStar:
     """Return the star with one given central value; central_enthalpy is (e + P)/rho0 - 1.
+
+    Numbers are in units of G = c = Msun = 1; densities and pressures may be quantities, that of energy as a mass.
 
     At the default tolerance every property is good to 2e-10 (3e-11 for gamma of 5/3 and above, and for all of Read et
     al.), less for stars of hundreds of scale lengths (gamma near 6/5). ValueError where the equation of state does not
@@ -313,7 +323,8 @@ def sequence(
     if central_rest_densities is None:
         enthalpies = np.geomspace(max(branch.lowest, 1e-3 * branch.highest), branch.highest, count).tolist()
     else:
-        enthalpies = [equation_of_state.enthalpy_of("rest_density", value) for value in sorted(central_rest_densities)]
+        chosen = [_geometric("central_rest_density", value) for value in central_rest_densities]
+        enthalpies = [equation_of_state.enthalpy_of("rest_density", value) for value in sorted(chosen)]
     stars = tuple(
         star(equation_of_state, central_enthalpy=value, relativistic=relativistic, tolerance=tolerance)
         for value in enthalpies

@@ -24,7 +24,9 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT
 STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
 OWN = "own"  # status of a number that is not of the table
 _RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
+_FIELD = ("j2", "c22")
 _ERROR = "_uncertainty"
+_SMALLEST_REFERENCE = 1e-3  # of the mean radius, that J2 is ever stated for
 _TURN_PER_DAY = 2.0 * math.pi / 86400.0
 
 
@@ -131,6 +133,8 @@ class SolarSystemBody:
     def zonal_harmonic(self, radius: float | None = None) -> float:
         """Return J2 for a reference radius in m, the equatorial one unless given: J2 goes as radius^-2."""
         j2 = self.adopted("j2")
+        if radius is not None and not radius > _SMALLEST_REFERENCE * self.mean_radius:
+            raise ValueError(f"zonal_harmonic takes the reference radius of J2 in m, not {radius:g}")
         return j2.value * (j2.radius / (self.equatorial_radius if radius is None else radius)) ** 2
 
     @with_quantities()
@@ -171,9 +175,9 @@ class SolarSystemBody:
 def own_body(name: str, mass: float, mean_radius: float, **quantities: float) -> SolarSystemBody:
     """Return a body that is not in the table, from its mass (kg), mean radius (m) and other quantities of the table.
 
-    quantities: mean_moment_ratio, of that radius, core_density, mantle_density, crust_thickness, crust_density, ...
-    in SI, each with name_uncertainty beside it where it has one; densities and crust count as assumed. ValueError for
-    another name. studies.core_inversion has its core.
+    quantities: mean_moment_ratio, of that radius, j2 and c22, of the equatorial radius or else of that one,
+    core_density, mantle_density, crust_thickness, crust_density, ... in SI, each with name_uncertainty beside it where
+    it has one; densities and crust count as assumed. ValueError for another name. studies.core_inversion has its core.
 
     >>> planet = own_body("mine", 6e24, 6.4e6, mean_moment_ratio=0.33, mean_moment_ratio_uncertainty=0.001)
     >>> print(planet.moment_ratio().value, planet.has("core_density"))
@@ -192,9 +196,11 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
             raise ValueError(f"{key} of {name} must be a finite number that a body can have, not {value!r:.60}")
     values = {"gm": GRAVITATIONAL_CONSTANT * mass, "mean_radius": mean_radius, **quantities}
 
+    of_field = values.get("equatorial_radius", mean_radius)
+
     def row(key: str) -> Published:
         status = "assumed" if key.startswith(("core_", "mantle_", "crust_")) else OWN
-        radius = mean_radius if key in _RATIOS else math.nan
+        radius = mean_radius if key in _RATIOS else of_field if key in _FIELD else math.nan
         error = values.get(f"{key}{_ERROR}", math.nan)
         return Published(values[key], error, "", status, True, radius, name, "")
 

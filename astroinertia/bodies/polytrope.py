@@ -20,6 +20,7 @@ from astroinertia.process.quantities import with_quantities
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
 HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
+_SUM_ROUNDS = 1e-9  # of the whole mass
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 
 
@@ -42,14 +43,15 @@ class LaneEmden:
     def theta_at(self, xi) -> np.ndarray:
         """Return theta at any xi (to 1e-11), zero beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
-        return np.where(xi < self.xi_1, np.clip(hermite(self.xi, self.theta, self._slope, xi), 0.0, 1.0), 0.0)
+        inside = np.clip(hermite(self.xi, self.theta, self._slope, xi), 0.0, 1.0)
+        return np.where(xi < self.xi_1, inside, np.where(np.isnan(xi), xi, 0.0))
 
     def mass_at(self, xi) -> np.ndarray:
         """Return the mass -xi^2 theta' at any xi (to 1e-10), constant beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
         slope = self.xi**2 * np.maximum(self.theta, 0) ** self.index
         mass = np.clip(hermite(self.xi, self.mass, slope, xi), 0.0, self.surface_mass)
-        return np.where(xi < self.xi_1, mass, self.surface_mass)
+        return np.where(xi < self.xi_1, mass, np.where(np.isnan(xi), xi, self.surface_mass))
 
     @property
     def _slope(self) -> np.ndarray:
@@ -237,7 +239,7 @@ class Polytrope:
         """Density at radius r, zero outside."""
         r = np.asarray(r, dtype=float)
         theta = self.solution.theta_at(r * self.solution.xi_1 / self.radius)
-        return np.where(r < self.radius, self.central_density * theta**self.index, 0.0)
+        return np.where(r >= self.radius, 0.0, self.central_density * theta**self.index)
 
     @with_quantities(r="m")
     def pressure(self, r) -> np.ndarray:
@@ -259,15 +261,21 @@ class Polytrope:
 
     @with_quantities()
     def radius_enclosing(self, mass) -> np.ndarray:
-        """Radius inside which a given mass lies: bisection on the cumulative mass, to round-off."""
-        fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
+        """Radius inside which a given mass lies: bisection on the cumulative mass, to round-off.
+
+        ValueError for a mass that is negative or more than the whole, but for rounding.
+        """
+        fraction = np.asarray(mass, dtype=float) / self.mass
+        if (fraction < -_SUM_ROUNDS).any() or (fraction > 1.0 + _SUM_ROUNDS).any():
+            raise ValueError(f"a radius encloses between 0 and the whole mass of {self.mass:g}")
+        fraction = np.clip(fraction, 0.0, 1.0)
         cube_root, radius = self._inverse_guess
         cell = np.clip(np.searchsorted(cube_root, np.cbrt(fraction), side="right") - 1, 0, len(cube_root) - 2)
         share = bisected(
             lambda r: self.enclosed_mass(r * self.radius) < fraction * self.mass, radius[cell], radius[cell + 1], 60
         )
         inside = np.where(fraction <= 0.0, 0.0, share * self.radius)
-        return np.where(fraction >= 1.0, self.radius, inside)
+        return np.where(fraction >= 1.0, self.radius, np.where(np.isnan(fraction), fraction, inside))
 
     @with_quantities()
     def entropy_function(self, mass, gamma: float) -> np.ndarray:

@@ -24,6 +24,7 @@ from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.scene import load, own_bodies, own_matter
+from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
@@ -226,6 +227,7 @@ def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:
         "model": scene.model,
         **_numerics(scene),
         "effects": [kind for kind in scene.entries if kind in scene.effects],
+        **({"box": _sides(scene)} if scene.box else {}),
         "companions": [companion.name for companion in scene.companions],
         "skipped_effects": {
             kind: f"a numerical device of particles, which the model {scene.model} does not need"
@@ -301,14 +303,28 @@ def model_description(evolution: Evolution) -> dict[str, Any]:
     }
 
 
+def _sides(scene: Scene) -> list[float | None]:
+    """Lengths of the box along x, y and z, None where it does not repeat itself."""
+    assert scene.box is not None
+    return [length if there else None for length, there in zip(scene.box.lengths, scene.box.repeats, strict=True)]
+
+
+def _placed(scene: Scene) -> list[int]:
+    """Of each body; lattices of standard problems have numbers of their own."""
+    if isinstance(scene.body, StandardBody):
+        assert scene.particles is not None
+        return [scene.body.placed(scene, scene.particles)]
+    bodies: Any = scene.bodies or (scene.body,)
+    return [body.particles for body in bodies]
+
+
 def _numerics(scene: Scene) -> dict[str, Any]:
     chosen = scene.numerics
     if scene.model == "sph":
         body: Any = scene.body
-        bodies: Any = scene.bodies or (body,)
         return {
             "engine": chosen.engine, "precision": scene.precision, "kernel": chosen.kernel, "seed": body.seed,
             **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
-            **({"body_particles": [body.particles for body in bodies]} if scene.particles else {}),
+            **({"body_particles": _placed(scene)} if scene.particles else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

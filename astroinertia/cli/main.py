@@ -431,7 +431,7 @@ def _show(options: Options) -> int:
             if not options.only:
                 _say(plots.summary(opened))
             written = show.written(options, file, opened, beside)
-    _say("pictures:")
+    _say("pictures:" if written else "this run has no such picture.")
     for path in written:
         _say(f"  {path}")
     return GOOD

@@ -18,7 +18,6 @@ from astroinertia.test_problems.matter import standard
 
 MOMENTS = 13
 DISORDER = 0.05  # of the speed of sound, with which particles stir their neighbours
-MANY = 20_000  # particles, of which lattices have about as many as they are asked for
 TRACERS = 500  # about, at most: of more particles smoothing lengths are shorter, and flows the same
 
 
@@ -54,19 +53,9 @@ def limits(scene: Scene, end: float) -> Limits:
             passed(float(length.min()), float(np.linalg.norm(velocity - velocity.mean(axis=0), axis=1).max()))
         )
         position = position + velocity * times[1]
-    finer = (len(matter.mass) / placed(scene)) ** (1.0 / 3.0)
+    finer = (len(matter.mass) / body.placed(scene, body.particles)) ** (1.0 / 3.0)
     shortest, *below = finer * np.broadcast_to(np.transpose(steps), (1 + len(PARTS), MOMENTS))
     return Limits(times, shortest, np.array(below), passing=finer * np.broadcast_to(passing, MOMENTS))
-
-
-def placed(scene: Scene) -> int:
-    """How many particles a body of the kind standard has: its lattices have numbers of their own."""
-    body: Any = scene.body
-    fluid: Any = scene.equation_of_state
-    if body.particles > MANY:
-        return body.particles
-    lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
-    return len(standard(body.problem).place(body.particles, lengths, fluid.gamma).mass)
 
 
 def _spread(values: np.ndarray, around: np.ndarray, weight: np.ndarray) -> np.ndarray:

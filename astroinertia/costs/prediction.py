@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from astroinertia.costs import course, experience, flows, piloted, processes, smooth
+from astroinertia.costs import course, experience, piloted, processes, smooth
 from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
@@ -132,7 +132,8 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
 
 def _placed(scene: Scene) -> int | None:
     """How many particles a scene will have, which lattices round; None where only a table knows."""
-    return flows.placed(scene) if isinstance(scene.body, StandardBody) and scene.particles else scene.particles
+    asked = scene.particles
+    return scene.body.placed(scene, asked) if isinstance(scene.body, StandardBody) and asked else asked
 
 
 def counted(scene: Scene) -> Counts | None:

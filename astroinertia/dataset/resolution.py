@@ -17,11 +17,12 @@ APART = 10.0  # times as far out as at the start: half of the mass of a body tha
 
 
 def resolution_warnings(
-    series: Mapping[str, np.ndarray], neighbours: float | None, particles: float = math.inf
+    series: Mapping[str, np.ndarray], neighbours: float | None, particles: float = math.inf, boxed: bool = False
 ) -> list[str]:
     """Sentences about records in any units; neighbours: the mean number of a particle's, None where there are none.
 
-    particles: of the body, or of the smallest of several, where that is known.
+    particles: of the body, or of the smallest of several, where that is known. boxed: matter that fills a box which
+    repeats itself has no thickness.
     """
     if neighbours is None or not {"core_particles", "jeans_ratio", "smoothing_to_thickness"} <= set(series):
         return []
@@ -43,7 +44,7 @@ def resolution_warnings(
             f"(Bate & Burkert 1997): raise body.particles {_times(1.0, lowest)}, or stiffen the equation of state at "
             "those densities."
         )
-    if np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
+    if not boxed and np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
         warnings.append(
             f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
             f"resolved; raise body.particles {_times((largest / COARSEST) ** 3, 1.0)}, or take a kernel of fewer "

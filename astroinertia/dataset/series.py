@@ -241,7 +241,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
     attrs = global_attributes(metadata, units, frame)
     particles = min(metadata.get("body_particles") or [math.inf])
-    if warnings := resolution_warnings(series, metadata.get("neighbours"), particles):
+    if warnings := resolution_warnings(series, metadata.get("neighbours"), particles, bool(metadata.get("box"))):
         attrs["resolution_warnings"] = "\n".join(warnings)
     if unclosed:
         attrs["ledger_warnings"] = "\n".join(unclosed)

@@ -9,6 +9,7 @@ its trees with `mapped` and `named_leaves`.
 Tests: tests/unit/engines/test_pytree.py.
 """
 
+import inspect
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
@@ -91,8 +92,12 @@ def _register(cls: type) -> None:
         children, constants = flatten(tree)
         return tuple(zip(keys, children, strict=True)), constants
 
+    fill: Any = inspect.unwrap(cls.__init__)  # leaves of JAX may be anything, and are not looked at
+
     def unflatten(constants: tuple, children: Iterable[Any]) -> Any:
-        return cls(**dict(zip(data, children, strict=True)), **dict(zip(kept, constants, strict=True)))
+        made = object.__new__(cls)
+        fill(made, **dict(zip(data, children, strict=True)), **dict(zip(kept, constants, strict=True)))
+        return made
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
 

@@ -115,8 +115,8 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
     >>> print(mass, abs(np.degrees(angle)))  # 10 g in each plane, opposite
     [0.01 0.01] [0. 0.]
     """
-    xp = namespace(correction)
-    radii = xp.asarray(radii)
+    xp = namespace(correction, radii)
+    correction, radii = xp.asarray(correction), xp.asarray(radii)
     if is_known(radii) and not (radii > 0).all():
         raise ValueError("the radii of the corrections must be positive")
     sign = -1.0 if remove else 1.0

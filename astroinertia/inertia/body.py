@@ -14,6 +14,7 @@ _SMALLEST_SHARE = 4.0  # roundings of its parts that a total mass must exceed to
 
 
 @pytree
+@with_quantities(centre="m")
 @dataclass(frozen=True)
 class Body:
     """Mass, centre of mass and inertia tensor about it; numpy or jax arrays in any consistent units.

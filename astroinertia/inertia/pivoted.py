@@ -8,6 +8,8 @@ tests/unit/inertia/test_pivoted.py against the motion of a rigid body.
 
 from typing import Any
 
+import numpy as np
+
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.rolling import STANDARD_GRAVITY
 from astroinertia.inertia.tensor import is_known, namespace
@@ -54,7 +56,7 @@ def pendulum_period(
     2.36068
     """
     xp = namespace(body.inertia, pivot, amplitude, gravity)
-    if is_known(amplitude) and not (abs(xp.asarray(amplitude)) < xp.pi).all():
+    if is_known(amplitude) and not (abs(np.asarray(amplitude)) < np.pi).all():
         raise ValueError("amplitude must be below pi: a pendulum does not swing further")
     low = xp.cos(0.5 * xp.asarray(amplitude))
     high = xp.ones_like(low)

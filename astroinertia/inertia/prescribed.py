@@ -7,6 +7,7 @@ import numpy as np
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -55,6 +56,7 @@ class Change:
         return factor, float(factor * first), float(factor * (second / length**2 + first**2))
 
 
+@with_quantities()
 def change(times: Array, factors: Array) -> Change:
     """The curve through factors (n,) at times (n,), rising, after factor 1 at time 0; any unit of time.
 

@@ -103,7 +103,8 @@ def figure_rotation(moments: Array, axes: Array, inertia_rate: Array, tolerance:
     >>> print(figure_rotation(np.array([1.0, 2.0, 3.0]), np.eye(3), rate)[2])  # I_xy' over I_2 - I_1, with its sign
     -0.5
     """
-    xp = namespace(moments)
+    xp = namespace(moments, axes, inertia_rate)
+    moments, axes, inertia_rate = (xp.asarray(array) for array in (moments, axes, inertia_rate))
     in_axes = xp.einsum("...ki,...ij,...lj->...kl", axes, inertia_rate, axes)
     largest = xp.max(abs(moments), axis=-1)
     rates = []

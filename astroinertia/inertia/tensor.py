@@ -393,7 +393,8 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     >>> print(equivalent_semi_axes(5.0, np.array([5.0, 10.0, 13.0])))  # of the ellipsoid with axes 3, 2 and 1
     [3. 2. 1.]
     """
-    xp = namespace(moments)
+    xp = namespace(mass, moments)
+    moments = xp.asarray(moments)
     squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]
     # The root of a safe number first: at a flat body's 0 the root has no derivative, and 0 passes on none.
     lengths = xp.where(squares > 0, xp.sqrt(xp.where(squares > 0, squares, 1.0)), 0.0)

@@ -67,8 +67,8 @@ def write_swift(snapshot: Snapshot, path: Path) -> None:
 
 def _groups(snapshot: Snapshot) -> dict[str, dict[str, Any]]:
     units = {
-        "Unit length in cgs (U_L)": CM,
-        "Unit mass in cgs (U_M)": GRAM,
+        "Unit length in cgs (U_L)": 1.0 if snapshot.dimensionless else CM,
+        "Unit mass in cgs (U_M)": 1.0 if snapshot.dimensionless else GRAM,
         "Unit time in cgs (U_t)": 1.0,
         "Unit current in cgs (U_I)": 1.0,
         "Unit temperature in cgs (U_T)": 1.0,

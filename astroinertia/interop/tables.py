@@ -62,7 +62,7 @@ def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def write_particles(snapshot: Snapshot, path: Path) -> None:
-    """Write one snapshot as a particle table, with the names of such, and units: `mass [kg]`, `x [m]`, ...
+    """Write one snapshot as a particle table, with the names of such, and units but in code units: `mass [kg]`, ...
 
     >>> import tempfile
     >>> from astroinertia.interop.snapshots import snapshots_of
@@ -72,9 +72,9 @@ def write_particles(snapshot: Snapshot, path: Path) -> None:
     102
     """
     held = {name: columns for name, columns in _COLUMNS.items() if name in snapshot.arrays}
-    unit = {name: "1" if snapshot.dimensionless else SNAPSHOT[name].unit for name in held}
     comments = [f"# {snapshot.name}: snapshot {snapshot.number} at time {snapshot.time!r}"]
-    heads = [f"{column} [{unit[name]}]" for name, columns in held.items() for column in columns]
+    units = {name: "" if snapshot.dimensionless else f" [{SNAPSHOT[name].unit}]" for name in held}
+    heads = [f"{column}{units[name]}" for name, columns in held.items() for column in columns]
     numbers = np.column_stack([snapshot.arrays[name] for name in held])
     _write(path, comments, heads, numbers.tolist())
 

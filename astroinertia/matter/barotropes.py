@@ -40,6 +40,7 @@ class BarotropicLaw(Protocol):
         ...
 
 
+@with_quantities(constant=None)
 @dataclass(frozen=True)
 class PolytropicLaw:
     """P = K rho^(1 + 1/n) with index n > 0: e = (n + 1) K rho^(1/n).
@@ -75,6 +76,7 @@ class PolytropicLaw:
         return (n + 1) * (self.constant**n * np.asarray(pressure)) ** (1 / (n + 1))
 
 
+@with_quantities(value="kg m-3")
 @dataclass(frozen=True)
 class Incompressible:
     """One density at any pressure: e = P/rho.

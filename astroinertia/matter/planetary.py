@@ -46,6 +46,7 @@ class Material(Protocol):
 
 
 @pytree
+@with_quantities(reference_density="kg m-3", second_derivative="Pa-1")
 @dataclass(frozen=True)
 class BirchMurnaghan:
     """P = 3 K f (1 + 2f)^(5/2) (1 + a f + b f^2) with Euler's finite strain f = ((rho/rho_0)^(2/3) - 1)/2.
@@ -76,6 +77,7 @@ class BirchMurnaghan:
 
 
 @pytree
+@with_quantities(reference_density="kg m-3")
 @dataclass(frozen=True)
 class Vinet:
     """P = 3 K (1 - x)/x^2 exp(1.5 (K' - 1)(1 - x)) with x = (rho_0/rho)^(1/3). Source: Vinet et al. 1989."""
@@ -95,6 +97,7 @@ class Vinet:
 
 
 @pytree
+@with_quantities(reference_density="kg m-3")
 @dataclass(frozen=True)
 class Murnaghan:
     """P = (K/K')((rho/rho_0)^K' - 1): a bulk modulus linear in pressure. Source: Murnaghan 1944."""
@@ -115,6 +118,7 @@ class Murnaghan:
 
 
 @pytree
+@with_quantities(reference_density="kg m-3", coefficient=None, exponent=None)
 @dataclass(frozen=True)
 class ModifiedPolytrope:
     """rho = rho_0 + c P^n: incompressible if c = 0, a polytrope if rho_0 = 0. Source: Seager et al. 2007, eq. 11."""
@@ -166,6 +170,8 @@ def _compressed(material: Any, wanted: Array) -> Array:
         reference * compressed ** (1 / material.derivative), reference, 0.9 * _GREATEST_COMPRESSION * reference
     )
 
+    near = max(1e-10, 100 * float(jnp.finfo(guess.dtype).eps))
+
     def unfinished(state: tuple) -> Array:
         return (state[0] < _NEWTON_STEPS) & ~jnp.all(state[4])
 
@@ -176,7 +182,7 @@ def _compressed(material: Any, wanted: Array) -> Array:
         step = rho - (reached - wanted) / slope
         inside = (step >= low) & (step <= high)  # not so for a NaN
         new = jnp.where(inside, step, 0.5 * (low + high))
-        solved = (jnp.abs(reached - wanted) <= 1e-10 * (wanted + modulus)) & (slope > 0)
+        solved = (jnp.abs(reached - wanted) <= near * (wanted + modulus)) & (slope > 0)
         return count + 1, new, low, high, jnp.abs(new - rho) <= _NEWTON_TOLERANCE * rho, solved
 
     limit, no = jnp.full_like(guess, _GREATEST_COMPRESSION * reference), jnp.zeros(guess.shape, dtype=bool)

@@ -12,6 +12,7 @@ import numpy as np
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -20,6 +21,10 @@ _PICARD = 24  # iterations: each gains a factor (order times the logarithm of th
 
 
 @pytree
+@with_quantities(
+    reference_density="kg m-3", linear="Pa", quadratic="Pa", energy_scale="J kg-1", incipient_vaporisation="J kg-1",
+    complete_vaporisation="J kg-1",
+)  # fmt: skip
 @dataclass(frozen=True)
 class Tillotson:
     """Pressure from density and energy; as a cold material, on the isentrope from the reference density at no energy.

@@ -14,12 +14,12 @@ from astroinertia.plots.matter import (
     POLE_ON,
     SIDE_ON,
     Matter,
+    completed,
     draw_sinks,
     draw_triad,
     matter,
     reach,
     triads,
-    with_sinks,
 )
 from astroinertia.plots.render import column_density, density_slice, flow
 from astroinertia.plots.shown_units import raised, written
@@ -94,7 +94,7 @@ def name_view(axes: Any, text: str, height: float = 0.96) -> Any:
 
 
 def _figure(dataset: xr.Dataset, snapshots: xr.Dataset, title: str, views: tuple[str, str]) -> Figure:
-    chosen, snapshots = moments_to_show(snapshots), with_sinks(dataset, snapshots)
+    chosen, snapshots = moments_to_show(snapshots), completed(dataset, snapshots)
     with style.styled():
         figure = style.begin(dataset, title, (3.9 * len(chosen) + 0.6, 8.4))
         panels = figure.subplots(2, len(chosen), squeeze=False)
@@ -127,7 +127,10 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     half_width = reach(particles)
     length_scale, length_unit = style.scale_of(style.unit_of(snapshot["position"]), half_width)
     render = density_slice if sliced else column_density
-    images = [render(particles.position, particles.mass, particles.size, plane, half_width, PIXELS) for plane in PLANES]
+    images = []
+    for plane in PLANES:
+        seen = particles.repeated(range(3) if sliced else plane)
+        images.append(render(seen.position, seen.mass, seen.size, plane, half_width, PIXELS))
     norm, frame = scale_of_colours(images), triads([particles])[0]
     for axes, image, plane in zip(panels, images, PLANES, strict=True):
         draw_density(axes, image, norm, half_width / length_scale)

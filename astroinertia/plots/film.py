@@ -19,13 +19,13 @@ from astroinertia.plots.matter import (
     POLE_ON,
     SIDE_ON,
     Matter,
+    completed,
     draw_sinks,
     draw_triad,
     matter,
     reach,
     triads,
     triads_of_series,
-    with_sinks,
 )
 from astroinertia.plots.render import column_density
 
@@ -38,6 +38,8 @@ MARGIN = 1.35  # half the width of a picture over the longest semi-axis
 LEAST_THICKNESS = 0.01  # of the longest semi-axis, so that a disc or rod is seen
 LOG_FROM = 30.0  # ratio of the largest to the smallest value from which on a strip is logarithmic
 STEADY = 0.01  # of its size: a series that changes by less
+_MOST_DIGITS = 5  # of a time
+_MISSED = 0.02  # of the time between frames, by which a time that is shown may be off
 _SIZE = (9.6, 6.8)  # inches
 _PIXELS = 260
 _EYE = {SIDE_ON: np.eye(3)[[0, 2, 1]] * [[1], [1], [-1]], POLE_ON: np.eye(3)}  # rightwards, upwards, towards the eye
@@ -73,7 +75,7 @@ def frames(
 
     numbers: as `chosen` gives them. ArchiveError for a body that has no shape. Tests: tests/unit/plots/test_film.py.
     """
-    subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(with_sinks(dataset, snapshots), numbers)
+    subject = _ellipsoid(dataset, numbers) if snapshots is None else _fluid(completed(dataset, snapshots), numbers)
     widths = camera(subject.extents)
     length, length_unit = style.scale_of(subject.unit, widths)
     with style.styled():
@@ -136,7 +138,8 @@ def _fluid(snapshots: xr.Dataset, numbers: np.ndarray) -> _Subject:
 
 
 def _column(particles: Matter, plane: tuple[int, int], width: float) -> np.ndarray:
-    return column_density(particles.position, particles.mass, particles.size, plane, width, _PIXELS)
+    seen = particles.repeated(plane)
+    return column_density(seen.position, seen.mass, seen.size, plane, width, _PIXELS)
 
 
 def _ellipsoid(dataset: xr.Dataset, numbers: np.ndarray) -> _Subject:
@@ -221,10 +224,12 @@ def _strip(axes, dataset: xr.Dataset, series: xr.DataArray, name: str, colour: s
 
 
 def _clock(subject: _Subject, dataset: xr.Dataset) -> tuple[list[str], float, str]:
-    """The times as they are shown, with as many digits as tell them apart, the factor and the unit."""
+    """The times as they are shown, with as many digits as say which they are, the factor and the unit."""
     _, factor, _ = style.shown_times(dataset)
     unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)[1]
     times = subject.times / factor
     apart = float(np.diff(times).min()) if len(times) > 1 else 1.0
     digits = int(np.clip(np.ceil(-np.log10(apart)), 0, 4)) if apart > 0 else 2
+    while digits < _MOST_DIGITS and (abs(times - times.round(digits)) > _MISSED * apart).any():
+        digits += 1
     return [f"{time:.{digits}f}" for time in times], factor, unit

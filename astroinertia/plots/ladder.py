@@ -1,6 +1,6 @@
 """Several runs beside each other: one scene answered by several models, or one model at several costs."""
 
-import tomllib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -304,8 +304,8 @@ def _particles(dataset: xr.Dataset) -> int:
     """Number of particles of the run, 0 where the model has none."""
     if dataset.attrs.get("model") != "sph":
         return 0
-    scene = tomllib.loads(str(dataset.attrs.get("scene", "")))
-    return int(scene.get("body", {}).get("particles") or 0)
+    counts = dataset.attrs.get("body_particles")
+    return sum(json.loads(str(counts))) if counts else 0
 
 
 def _outer_folders(datasets: Sequence[xr.Dataset]) -> list[str]:

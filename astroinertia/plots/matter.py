@@ -1,7 +1,9 @@
 """The matter of a snapshot as pictures need it: where it is, how far it reaches, and how its principal axes lie."""
 
+import json
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,8 @@ SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
 CORE = 3.0  # radii of half the mass, which the width follows where matter is so condensed that its core would be a dot
 _EDGE = 0.93  # of the half width, where an axis that reaches out of the picture has its number
 SINKS = "#ffb454"
+_SUPPORT = 2.0  # of the kernel that pictures are drawn with, in smoothing lengths
+_OF_PARTICLES = ("position", "velocity", "mass", "size")
 _SHORTEST = 0.05  # of the picture's half width: an axis that is seen more end on than this has no number
 
 
@@ -27,7 +31,7 @@ _SHORTEST = 0.05  # of the picture's half width: an axis that is seen more end o
 class Matter:
     """Particles about the middle of a picture: position and velocity (N, 3), mass and smoothing length (N,).
 
-    sinks: their positions (S, 3) about the same middle.
+    sinks: their positions (S, 3) about the same middle. box (3,): lengths after which all repeats itself, or infinite.
     """
 
     position: np.ndarray
@@ -35,6 +39,24 @@ class Matter:
     mass: np.ndarray
     size: np.ndarray
     sinks: np.ndarray
+    box: np.ndarray
+
+    def repeated(self, axes: Iterable[int]) -> "Matter":
+        """With what lies beyond the faces of the box along some axes and reaches into it."""
+        seen = self
+        for axis in axes:
+            side = self.box[axis]
+            if math.isfinite(side):
+                moved = [replace(seen, position=seen.position + shift * np.eye(3)[axis]) for shift in (-side, side)]
+                near = [abs(each.position[:, axis]) < 0.5 * side + _SUPPORT * each.size for each in moved]
+                parts = [seen, *(each.of(there) for each, there in zip(moved, near, strict=True))]
+                joined = (np.concatenate([getattr(part, name) for part in parts]) for name in _OF_PARTICLES)
+                seen = replace(seen, **dict(zip(_OF_PARTICLES, joined, strict=True)))
+        return seen
+
+    def of(self, chosen: np.ndarray) -> "Matter":
+        """Some of the particles."""
+        return replace(self, **{name: getattr(self, name)[chosen] for name in _OF_PARTICLES})
 
 
 @dataclass(frozen=True)
@@ -47,8 +69,11 @@ class Triad:
     defined: np.ndarray
 
 
-def with_sinks(dataset: xr.Dataset, snapshots: xr.Dataset) -> xr.Dataset:
-    """Snapshots with the positions of sinks at their times, where a run has sinks."""
+def completed(dataset: xr.Dataset, snapshots: xr.Dataset) -> xr.Dataset:
+    """Snapshots with the positions of sinks at their times, and the box that repeats itself, where a run has them."""
+    if "box" in dataset.attrs:
+        sides = json.loads(str(dataset.attrs["box"]))
+        snapshots = snapshots.assign_attrs(box=[math.inf if side is None else float(side) for side in sides])
     if "sink_position" not in dataset:
         return snapshots
     then = dataset["sink_position"].sel(time=snapshots["snapshot_time"], method="nearest")
@@ -58,14 +83,17 @@ def with_sinks(dataset: xr.Dataset, snapshots: xr.Dataset) -> xr.Dataset:
 def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
     """The particles about their centre of mass, or about the middle of the densest matter, which is where a body is.
 
-    With the sinks of a snapshot that `with_sinks` made.
+    With the sinks and the box of a snapshot that `completed` made: what has left the box is where it comes in again.
     """
     snapshot = present(snapshot)
     mass = snapshot["mass"].values
     position = snapshot["position"].transpose("particle", "i").values
     velocity = snapshot["velocity"].transpose("particle", "i").values
     weight = mass * snapshot["density"].values if densest else mass
-    middle = weight @ position / weight.sum()
+    box = np.array(snapshot.attrs.get("box", [math.inf] * 3))
+    filled = np.isfinite(box)
+    position = position - np.where(filled, np.where(filled, box, 1.0) * np.round(position / box), 0.0)
+    middle = np.where(filled, 0.0, weight @ position / weight.sum())
     sinks = snapshot["sink_position"].transpose("sink", "i").values if "sink_position" in snapshot else np.empty((0, 3))
     return Matter(
         position - middle,
@@ -73,11 +101,17 @@ def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
         mass,
         snapshot["smoothing_length"].values,
         sinks[np.isfinite(sinks).all(axis=1)] - middle,
+        box,
     )
 
 
 def reach(particles: Matter) -> float:
-    """Half the width of a picture that shows nearly all of the mass and a margin, or the core of condensed matter."""
+    """Half the width of a picture that shows nearly all of the mass and a margin, or the core of condensed matter.
+
+    Of matter that fills a box, half of the box's longest side.
+    """
+    if np.isfinite(particles.box).all():
+        return 0.5 * float(particles.box.max())
     radius = np.linalg.norm(particles.position, axis=1)
     order = np.argsort(radius)
     mass = np.cumsum(particles.mass[order])

@@ -12,13 +12,15 @@ from astroinertia.plots import style
 from astroinertia.scene import load
 from astroinertia.test_problems.matter import Solution, l1_errors, standard
 
+_POINTS = 2000  # of an exact flow
+_STRIP = 0.1  # of the box
 ALONG = {"sod": "x", "strong_tube": "x", "square": "x", "sedov": "r", "noh": "r", "gresho": "s"}
 LABELS = {"x": "x", "r": "distance from the centre", "s": "distance from the axis"}
 
 
 @with_absent
 def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None:
-    """Particles and the exact flow where they are, with the L1 errors; None for what has no exact flow.
+    """Particles and the exact flow along a line, with the L1 errors of all particles; None for what has no exact flow.
 
     >>> print(standard_figure(ds, ds.inertia.snapshots))  # a star has no exact flow
     None
@@ -41,18 +43,28 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     computed = Solution(last["density"].values, velocity, last["pressure"].values)
     exact, inside = chosen.exact(position, time, lengths, fluid.gamma), chosen.compared(position, time, lengths)
     errors = l1_errors(computed, exact, inside)
-    place = position - np.where(np.isfinite(lengths), lengths * np.round(position / lengths), 0.0)
+    place = position - np.where(np.isfinite(lengths), lengths, 1.0) * np.round(position / lengths)
     where = _coordinate(ALONG[problem], place)[inside]
-    order = np.argsort(where)
+    dots = _near_the_line(problem, place[inside], lengths)
+    along = np.linspace(where.min(), where.max(), _POINTS)
+    line = np.zeros((_POINTS, 3))
+    line[:, 0] = along
+    smooth, known = chosen.exact(line, time, lengths, fluid.gamma), chosen.compared(line, time, lengths)
     with style.styled():
         figure = style.begin(dataset, f"the exact flow at time {time:.3g}", (11.0, 3.6))
         for panel, (name, error) in zip(figure.subplots(1, 3), errors.items(), strict=True):
-            dots, line = (_size(getattr(flow, name)[inside]) for flow in (computed, exact))
-            panel.plot(where, dots, ".", markersize=1.5, alpha=0.5, rasterized=True, label="particles")
-            panel.plot(where[order], line[order], "k-", linewidth=1.0, label="exact")
+            values = _size(getattr(computed, name)[inside])
+            panel.plot(where[dots], values[dots], ".", markersize=1.5, alpha=0.5, rasterized=True, label="particles")
+            right = np.where(known, _size(getattr(smooth, name)), np.nan)
+            panel.plot(along, right, "k-", linewidth=1.0, label="exact")
             panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 error {error:.2g}")
         figure.axes[0].legend(fontsize=8, markerscale=4)
     return figure
+
+
+def _near_the_line(problem: str, place: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Which particles are drawn: of a flow that also varies across x those of a strip."""
+    return abs(place[:, 1]) < _STRIP * lengths[1] if problem == "square" else np.ones(len(place), bool)
 
 
 def _coordinate(kind: str, position: np.ndarray) -> np.ndarray:

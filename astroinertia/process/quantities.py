@@ -20,15 +20,15 @@ from astroinertia.errors import AstroinertiaError, SceneError
 _NAMES = {
     "mass": "mass masses mass_before mass_after core_mass layer_masses enclosed_mass",
     "length": "radius radii mean_radius equatorial_radius outer_radii outer_radius inner_radius base_radius top_radius "
-    "ring_radius tube_radius core_radius radius_before radius_after remnant_radius radius_at_rest diameter height "
+    "ring_radius tube_radius core_radius radius_before radius_after remnant_radius radius_at_rest locked_until "
+    "disc_until diameter height "
     "width length semi_major_axis semi_major_axes semi_axes semi_axis_x semi_axis_y distance position positions "
     "vertices points origin offset edge wall planes softening crust_thickness",
     "density": "density densities mean_density mantle_density core_density outer_density shell_density crust_density "
     "inner_densities outer_densities",
     "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
-    "characteristic_age time_span locked_until disc_until",
-    "angular_velocity": "angular_velocity spin_rate node_rate equilibrium_rate crust_rate superfluid_rate forcing_rate "
-    "mean_motion",
+    "characteristic_age time_span",
+    "angular_velocity": "angular_velocity spin_rate node_rate crust_rate superfluid_rate forcing_rate mean_motion",
     "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment",
     "angular_momentum": "angular_momentum orbital_angular_momentum spin_angular_momentum mixed_moment",
     "energy": "kinetic_tensor virial_tensor second_moment_acceleration excess_energy gravitational_energy",
@@ -141,6 +141,9 @@ class _Arguments:
         if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
         if changed and self.scales:
+            if len(given := set(bound.arguments.get("scale", {}))) == 1 and given < {"mass", "mean_radius"}:
+                other = ({"mass", "mean_radius"} - given).pop()
+                raise InputError(f"{other} is needed, too, where {given.pop()} is given with a unit.")
             constant = {"gravitational_constant": units.GRAVITATIONAL_CONSTANT}
             bound.arguments["scale"] = constant | bound.arguments.get("scale", {})
         return bound.args, bound.kwargs

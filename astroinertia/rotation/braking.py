@@ -23,6 +23,7 @@ _RELATIVE = 1e-13
 _NODES, _WEIGHTS = leggauss(40)
 
 
+@with_quantities(angular_acceleration="rad s-2")
 @dataclass(frozen=True)
 class Braking:
     """Torques of several braking indices, with the share that each has in the spin-down at the start.
@@ -55,14 +56,20 @@ class Braking:
 
     @with_quantities()
     def time_to(self, angular_velocity: Array) -> np.ndarray:
-        """The time from the start until the rate is that (negative: how long before it was), by quadrature."""
-        end = np.log(np.asarray(angular_velocity, dtype=float) / self.angular_velocity)
+        """The time from the start until the rate is that (negative: how long before it was), by quadrature.
+
+        ValueError for a rate that is not positive: none comes to rest in the time that a number holds.
+        """
+        share = np.asarray(angular_velocity, dtype=float) / self.angular_velocity
+        if not (np.isfinite(share).all() and (share > 0).all()):
+            raise ValueError(f"a rate that is reached must be positive and finite, not {angular_velocity}")
+        end = np.log(share)
         # In ln Omega the integrand is smooth and monotone: panels of less than half an e-fold of it.
         panels = max(1, math.ceil(2 * float(np.max(np.abs(end))) * max(1.0, *map(abs, self.indices))))
         edges = np.linspace(0.0, 1.0, panels + 1)
         middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 / panels
-        share = (middle[:, None] + half * _NODES).ravel()
-        log = end[..., None] * share
+        places = (middle[:, None] + half * _NODES).ravel()
+        log = end[..., None] * places
         integrand = np.exp(log) / self._moment(self.angular_velocity * np.exp(log), 0)
         scale = self.angular_velocity / self.angular_acceleration
         return scale * end * (integrand @ np.tile(half * _WEIGHTS, panels))
@@ -112,14 +119,17 @@ def shares_of_index(braking_index: Array, lower: float = 1.0, upper: float = 3.0
 def decaying_field_period(time: Array, period: Array, period_derivative: Array, decay_time: Array) -> Array:
     """P(t) of a dipole whose field decays as exp(-t/tau): P^2 = P_0^2 + tau P_0 P_0' (1 - exp(-2 t/tau)).
 
-    It ends at a last period. Source: Ostriker & Gunn 1969, ApJ 157, 1395.
+    It ends at a last period; decay_time may be infinite. Source: Ostriker & Gunn 1969, ApJ 157, 1395.
 
     >>> print(f"{decaying_field_period(1e30, 0.1, 1e-15, 1e13):.4f}")  # it stops at sqrt(P^2 + P dP/dt tau)
     0.1049
     """
     period = positive_period(period)
-    grown = -np.expm1(-2 * np.asarray(time, dtype=float) / decay_time)
-    return np.sqrt(period**2 + np.asarray(decay_time) * period * period_derivative * grown)
+    time = np.asarray(time, dtype=float)
+    decays = 2 * time / decay_time
+    still = decays == 0
+    braked = np.where(still, 1.0, -np.expm1(-decays) / np.where(still, 1.0, decays))  # share of the time that counts
+    return np.sqrt(period**2 + 2 * period * period_derivative * time * braked)
 
 
 @with_quantities()

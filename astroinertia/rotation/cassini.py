@@ -50,7 +50,7 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
     0.6542
     """
     order = 2 * p
-    if order != round(order) or not 0 <= eccentricity < 1:
+    if not np.isfinite(order) or order != round(order) or not 0 <= eccentricity < 1:
         raise ValueError("a resonance has 2p, an integer, and an eccentricity from 0 to below 1")
     root, before = np.sqrt(1 - eccentricity**2), np.inf
     fewest = math.ceil(math.log2(4 * abs(order) + 16))  # with fewer, what turns fast looks like what stands still

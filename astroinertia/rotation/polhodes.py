@@ -177,10 +177,11 @@ def flip_interval(top: FreeTop) -> float:
         return float(2 * top.modulus.quarter / top.argument_rate)
 
 
-@with_quantities()
+@with_quantities(end="s")
 def flip_times(top: FreeTop, end: float) -> np.ndarray:
     """The times from 0 to `end` at which the component along the intermediate axis passes through 0.
 
+    ValueError for an end that is not finite.
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_polhodes.py.
 
     >>> from astroinertia.rotation.free_top import free_top
@@ -188,6 +189,8 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
     >>> print((np.diff(flip_times(top, 40.0)) / flip_interval(top)).round(9))
     [1. 1.]
     """
+    if not math.isfinite(end := float(end)):
+        raise ValueError(f"the time up to which flips are counted must be finite, not {end}")
     if top.motion == "steady":
         return np.empty(0)
     with digits():

@@ -62,7 +62,7 @@ def tides(
     share = np.zeros(size.shape)
     if np.any(moving):
         share[moving] = -np.imag(love_number(size[moving]))
-    scale = gravitational_constant * mass**2 * radius**5 / semi_major_axis**6
+    scale = gravitational_constant * float(mass) ** 2 * float(radius) ** 5 / float(semi_major_axis) ** 6
     torque = scale * np.sum(order * weight * np.sign(rate) * share)
     return Tides(float(torque), float(scale * np.sum(weight * size * share)))
 

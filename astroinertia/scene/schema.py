@@ -257,7 +257,10 @@ class Scene(Part, metaclass=_Called):
         return loads(text, origin=str(Path.cwd()))  # type: ignore[return-value]
 
     def to_toml(self) -> str:
-        """One TOML text that gives the scene back: what it came from, with what was set since in its place."""
+        """One TOML text that gives the scene back: what it came from, with what was set since in its place.
+
+        Effects that were given as functions or classes are named in it; the text alone does not bring them back.
+        """
         return with_overrides(self.source, self.overrides)
 
     def __eq__(self, other: object) -> bool:

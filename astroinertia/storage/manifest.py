@@ -81,6 +81,7 @@ class _Metadata(_Plain):
     own_bodies: dict[str, str] = {}
     reference_radius: float | None = None
     structure: dict[str, float] = {}
+    box: list[float | None] = []
     neighbours: float | None = None
     body_particles: list[_Count] = []
     principal_gap_tolerance: float | None = None

@@ -216,12 +216,18 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
 
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
-        if not path.is_dir():
+        try:
+            model = dataset.open(path).attrs.get("model", "sph")
+        except ArchiveError:
+            if path.is_dir():
+                raise
             return None
-        model = dataset.open(path).attrs.get("model", "sph")
         if model != "sph":
-            raise SceneError(f"the run {path} has no snapshots, for its model is {model}, which has no particles")
-        raise SceneError(f"the run {path} has no snapshots yet")
+            raise SceneError(
+                f"the run {path} has no snapshots, for its model is {model}, which has no particles; its moments "
+                "are in its dataset, as inertia_tensor"
+            )
+        raise SceneError(f"the run {path} has no snapshots")
     # Not closed here: xarray shares the handle with whoever else has this file open in the process.
     if not {"snapshot_time", "particle"} <= set(snapshots.sizes):
         raise ArchiveError(f"{path} does not hold the particles of a run.")
@@ -236,7 +242,8 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
         one = loaded(path, snapshots[["mass", "position", "snapshot_time"]].isel(snapshot_time=snapshot))
         mass, position, time = _of_a_snapshot(present(one))
     own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
-    text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {time.attrs.get('units', '')}".strip()
+    unit = str(time.attrs.get("units", "1")).removeprefix("1")
+    text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {unit}".strip()
     matter = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
     return replace(matter, units=own)
 

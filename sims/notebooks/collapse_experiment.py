@@ -229,7 +229,7 @@ cloud.inertia.plot_ledger()
 
 # %% [markdown]
 # Gravity pulled. Of what it did, motion undid two fifths ($2K$ is never negative: whatever moves parts sooner or
-# later), pressure more than half, and viscosity a twentieth. The torque of each is round-off, so none of them turned
+# later), pressure more than half, and viscosity a thirtieth. The torque of each is round-off, so none of them turned
 # the cloud: it spins faster only because $I$ is smaller.
 #
 # Viscosity looks unimportant for $I$. For the energy it is not: it is what turns the shock's motion into heat, and the

@@ -2,11 +2,13 @@
 
 from typing import Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from astroinertia.scene.body_kinds.stretched import Unknown
 from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown
 
+_MANY = 20_000  # particles, of which lattices have about as many as they are asked for
 UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
 
 
@@ -49,6 +51,17 @@ class StandardBody(Unknown, Body):
             needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
             raise ValueError(f"[body] the problem {self.problem} {needs}.")
 
+    def placed(self, scene: Any, asked: int) -> int:
+        """How many particles it has where so many are asked for: lattices fill the box with whole cells."""
+        if asked > _MANY:
+            return asked
+        from astroinertia.test_problems.matter import standard  # only here: other bodies need no problem
+
+        lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
+        return len(standard(self.problem).place(asked, lengths, scene.equation_of_state.gamma).mass)
+
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """Its problem."""
-        return [("problem", self.problem), ("particles", f"about {self.particles}", "on lattices")]
+        assert self.particles is not None
+        placed = self.placed(scene, self.particles)
+        return [("problem", self.problem), ("particles", f"{placed}", f"on lattices, of {self.particles} asked for")]

@@ -2,7 +2,9 @@
 
 import pytest
 
+from astroinertia.accuracy.companion_runs import companion_runs
 from astroinertia.accuracy.knobs import knobs, shown, with_overrides
+from astroinertia.build.assemble import metadata
 from astroinertia.scene import load
 from tests.tradeoff_scenes import CASES, SIMS
 
@@ -75,3 +77,14 @@ def test_the_method_that_a_scene_does_not_have_is_an_alternative():
 @pytest.mark.parametrize(("value", "text"), [(3000.0, "3000"), (1e-13, "1e-13"), (0.5, "0.5"), ("cubic", "cubic")])
 def test_values_are_written_as_persons_do(value, text):
     assert shown(value) == text
+
+
+def test_particles_on_lattices_count_as_those_that_there_are():
+    """Sod's tube asked for 470 particles has 216, and for 490 it has 864."""
+    scene = load.load_file(SIMS / "sod.toml", ["body.particles=470"])
+    step = by_name(scene)["particles"].step
+    assert [round(step(count) ** -3.0) for count in (470, 490, 1860)] == [216, 864, 1296]
+    assert metadata(scene)["body_particles"] == [216]
+    runs = companion_runs(with_overrides(scene, ("body.particles=1860", "output.error_bars=true")))
+    counts = [round((step(1860) * run.step) ** -3.0) for run in runs if run.name.startswith("particles-")]
+    assert len(counts) == len({*counts, 1296}) - 1 and min(counts) < 1296 / 2

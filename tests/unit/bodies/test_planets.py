@@ -155,3 +155,14 @@ def test_a_body_of_ones_own_has_quantities_of_the_table_only():
     for wrong, meant in (("core_densty", "core_density"), ("mean_moment_ratio_uncertanty", "mean_moment_ratio")):
         with pytest.raises(ValueError, match=f"{wrong} is no quantity of the table of bodies; did you mean {meant}?"):
             own_body("mine", 6e24, 6.4e6, **{wrong: 0.3})
+
+
+def test_j2_of_an_own_body_is_of_its_equatorial_radius():
+    given = {"j2": 1.0826e-3, "equatorial_radius": 6378137.0, "mean_moment_ratio": 0.3307}
+    planet = own_body("mine", 5.97e24, 6371e3, **given)
+    assert planet.zonal_harmonic() == 1.0826e-3
+    j2 = 1.0826e-3 * (6378137.0 / 6371e3) ** 2
+    assert planet.moment_ratio("polar").value == pytest.approx(0.3307 + 2 / 3 * j2, rel=1e-12)
+    assert own_body("mine", 5.97e24, 6371e3, j2=1e-3).zonal_harmonic(6371e3) == 1e-3
+    with pytest.raises(ValueError, match="takes the reference radius of J2 in m, not 2"):
+        body("Earth").zonal_harmonic(2)  # which would be the degree of a field

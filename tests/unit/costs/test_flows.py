@@ -17,6 +17,10 @@ from tests.sims import SIMS
 OPTIONS = {"alpha_max": 1.0, "beta": 4.0, "limiter": "none"}
 
 
+def _placed(scene):
+    return scene.body.placed(scene, scene.body.particles)
+
+
 def of(problem: str, *settings: str):
     return load.load_file(SIMS / f"{problem}.toml", ["body.particles=500", *settings])
 
@@ -80,9 +84,9 @@ def test_an_explosion_is_that_of_a_point_once_it_has_left_where_it_began():
 def test_as_many_particles_are_counted_as_are_placed(problem):
     scene = of(problem)
     lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
-    assert flows.placed(scene) == len(standard(problem).place(500, lengths, 5 / 3).mass) != 500
+    assert scene.body.placed(scene, 500) == len(standard(problem).place(500, lengths, 5 / 3).mass) != 500
     many = of(problem, "body.particles=50000000")
-    assert flows.placed(many) == 50_000_000  # which are not placed for that
+    assert many.body.placed(many, 50_000_000) == 50_000_000  # which are not placed for that
 
 
 def test_viscosity_is_spared_in_layers_that_slide_slower_than_sound():
@@ -101,6 +105,6 @@ def test_viscosity_is_spared_in_layers_that_slide_slower_than_sound():
 
 def test_more_particles_take_more_steps_by_the_cube_root_of_how_many_are_placed():
     few, many = (of("sod", f"body.particles={count}") for count in (2000, 16000))
-    more = (flows.placed(many) / flows.placed(few)) ** (1 / 3)
+    more = (_placed(many) / _placed(few)) ** (1 / 3)
     assert 1.7 < more < 2.3
     assert flows.limits(few, 0.2).shortest == pytest.approx(more * flows.limits(many, 0.2).shortest)

@@ -240,3 +240,13 @@ def test_coordinates_of_a_grid_are_in_one_unit():
     grid = {name: (name, axis, {"units": unit}) for name, unit in (("x", "km"), ("y", "m"), ("z", "m"))}
     with pytest.raises(ValueError, match="in one unit, not in km and m"):
         tensor.grid_inertia(xr.DataArray(np.ones((3, 3, 3)), grid, ("x", "y", "z")))
+
+
+def test_gradients_by_the_mass_alone_are_those_of_differences():
+    """With moments in numpy, which says nothing of what is traced."""
+    import jax
+
+    moments = np.array([1.0, 2.0, 2.5])
+    with jax.enable_x64(True):
+        slope = jax.grad(lambda mass: tensor.equivalent_semi_axes(mass, moments)[0])(3.0)
+    assert float(slope) == pytest.approx(-0.5 * tensor.equivalent_semi_axes(3.0, moments)[0] / 3.0, rel=1e-12)

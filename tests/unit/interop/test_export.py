@@ -171,11 +171,14 @@ def test_accreted_particles_are_left_out_and_the_others_keep_their_numbers(run, 
 def test_a_dimensionless_run_says_that_it_has_no_units(tmp_path):
     folder = finished(tmp_path / "plain", {"dimensionless": True, "kernel": "quintic"})
     bare = dataset.open_snapshots(folder).isel(snapshot_time=0).load()
-    for to in ("gadget", "swift"):
+    for to in ("gadget", "swift", "csv"):
         (path,) = export(folder, to, "0")
         table = read_table(path)
-        assert table.units == "unknown"
+        assert table.units == (None if to == "csv" else "unknown")
         np.testing.assert_array_equal(table.mass, bare["mass"])
+    with h5py.File(folder / "plain_swift_000.hdf5") as file:
+        units = file["Units"].attrs
+        assert units["Unit length in cgs (U_L)"].tolist() == units["Unit mass in cgs (U_M)"].tolist() == [1.0]
     with h5py.File(folder / "plain_gadget_000.hdf5") as file:
         parameters = file["Parameters"].attrs
         assert parameters["GravityConstantInternal"] == 1.0

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.earth import prem
-from astroinertia.matter import tillotson
+from astroinertia.matter import planetary, tillotson
 from astroinertia.matter.planetary import (
     FORSTERITE,
     ICE_VII,
@@ -149,3 +149,10 @@ def test_tillotson_regimes_join_and_its_cold_curve_is_the_isentrope():
         assert thin == pytest.approx(rock.a, rel=1e-3)  # a gas of gamma = 1 + a
         dense = 2680 * np.array([1.2, 2.2])
         assert np.asarray(rock.energy(dense)) == pytest.approx(np.asarray(cold_energy(rock, dense)), rel=1e-12)
+
+
+def test_a_density_is_found_in_single_precision_too():
+    with jax.enable_x64(False):
+        single = planetary.IRON_HCP.density(1e11)
+    assert single.dtype == np.float32
+    assert float(single) == pytest.approx(float(planetary.density(planetary.IRON_HCP, 1e11)), rel=1e-5)

@@ -7,12 +7,14 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
+import xarray as xr
 from PIL import Image
 
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError
 from astroinertia.plots import film, matter as matter_module, movie, pictures
 from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, draw_triad, triads, triads_of_series
+from astroinertia.plots.render import column_density
 from tests.unit.affine_body import METADATA, affine_run, particle_sphere
 from tests.unit.affine_datasets import headline, particles
 from tests.unit.rigid_body import RIGID, rigid_run
@@ -38,7 +40,7 @@ def turned(angle):
     count = len(points)
     matrix = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     places = points @ matrix.T + [0.5, 0.0, 0.0]
-    return Matter(places, 0 * points, np.ones(count), np.full(count, 0.1), np.empty((0, 3)))
+    return Matter(places, 0 * points, np.ones(count), np.full(count, 0.1), np.empty((0, 3)), np.full(3, np.inf))
 
 
 def test_axes_of_particles_are_those_of_the_ellipsoid_and_follow_it_round():
@@ -80,8 +82,8 @@ def test_a_picture_of_condensed_matter_is_framed_between_core_and_envelope():
     """Half of the mass in a core of 0.01, the rest out to 1: neither is it 1.25 wide, nor 0.03."""
     uniform = particle_sphere(2000)
     condensed = np.concatenate([0.01 * uniform, uniform])
-    no_sinks = np.empty((0, 3))
-    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), no_sinks))
+    free = np.empty((0, 3)), np.full(3, np.inf)  # without sinks and box
+    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), *free))
               for points in (uniform, condensed)]  # fmt: skip
     assert widths[0] == pytest.approx(1.25, rel=0.02)
     assert 0.1 < widths[1] < 0.3
@@ -119,7 +121,7 @@ def test_all_pictures_have_one_size_and_one_scale_of_colours(series, snapshots):
 
 def test_a_picture_bears_no_traces_of_those_before_it(series):
     *_, after = film.frames(series, None, np.array([0, 3, 9]), 60)
-    (alone,) = film.frames(series, None, np.array([9]), 60)
+    *_, alone = film.frames(series, None, np.array([6, 9]), 60)
     for part in (np.s_[:25], np.s_[290:]):  # the clock, and the strip with its marks
         np.testing.assert_array_equal(after[part], alone[part])
 
@@ -264,3 +266,36 @@ def test_a_path_is_neither_an_option_nor_an_address(tmp_path, monkeypatch, serie
     assert asked[-1] == f"file:{tmp_path / name}.tmp"
     assert asked[asked.index("-i") - 2 : asked.index("-i") + 2] == ["-protocol_whitelist", "pipe", "-i", "pipe:0"]
     assert (tmp_path / name).stat().st_size > 0
+
+
+def test_a_time_is_shown_as_it_is(series):
+    """With 0 and 1.5 one digit less would tell two frames apart, and say 2 of the second."""
+    for times, shown in (
+        ([0.0, 1.5], ["0.0", "1.5"]),
+        ([0.0, 0.25, 0.5], ["0.00", "0.25", "0.50"]),
+        ([0.0, 1 / 3, 2 / 3], ["0.00", "0.33", "0.67"]),
+        ([0.0, 10.0, 20.0], ["0", "10", "20"]),
+    ):
+        factor = film.style.shown_times(series)[1]
+        subject = film._Subject(np.array(times) * factor, np.ones(len(times)), "m", lambda *_: None)
+        assert film._clock(subject, series)[0] == shown
+
+
+def test_matter_of_a_box_that_repeats_itself_fills_its_picture(series, snapshots):
+    """Streams that have left through a face come in by the other one, and nothing is seen of the faces."""
+    places = np.stack(np.meshgrid(*[(np.arange(8) + 0.5) / 8 - 0.5] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    left = places + [3.0, 0.0, 0.25]  # what has gone round three times
+    one_each = {"mass": 1.0, "density": 1.0, "smoothing_length": 0.16}
+    one = xr.Dataset(
+        {name: ("particle", np.full(512, value)) for name, value in one_each.items()}
+        | dict.fromkeys(("position", "velocity"), (("particle", "i"), left)),
+        attrs={"box": [1.0, 1.0, 1.0]},
+    )
+    found = matter_module.matter(one)
+    assert matter_module.reach(found) == 0.5 and abs(found.position).max() <= 0.5
+    seen = found.repeated((0, 1))
+    image = column_density(seen.position, seen.mass, seen.size, (0, 1), 0.5, 32)
+    assert image.max() < 1.02 * image.min() and image.mean() == pytest.approx(512.0, rel=0.02)
+    assert len(found.repeated((0,)).mass) == 512 + 2 * 3 * 64  # three layers beyond each face
+    whole = matter_module.completed(series.assign_attrs(box="[1.0, null, 2.0]"), snapshots).attrs["box"]
+    assert whole == [1.0, np.inf, 2.0]

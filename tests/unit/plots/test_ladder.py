@@ -21,7 +21,7 @@ def particles():
     """The same run as if by particles, 1 % larger, and seen less often."""
     records = [{**each, "inertia_tensor": 1.01 * each["inertia_tensor"]} for each in affine_run()[0][::2]]
     scene = 'name = "affine star"\n[body]\nkind = "uniform"\nparticles = 5000\n'
-    return headline(records, {**METADATA, "model": "sph", "scene": scene})
+    return headline(records, {**METADATA, "model": "sph", "scene": scene, "body_particles": [5000]})
 
 
 def quantity(found, name):
@@ -54,7 +54,7 @@ def test_beyond_the_times_of_the_finest_nothing_is_said(fine, particles):
 
 def test_models_are_in_order_and_have_labels(fine, particles):
     scaling = headline(affine_run()[0][::4], {**METADATA, "model": "scaling"})
-    more = particles.assign_attrs(scene=particles.attrs["scene"].replace("5000", "20000"))
+    more = particles.assign_attrs(body_particles="[20000]")
     runs = sorted([more, particles, fine, scaling], key=ladder.fineness)
     assert ladder.labels(runs) == ["scaling", "ellipsoid", "sph, 5000 particles", "sph, 20000 particles"]
     named = [fine, fine.assign_attrs(name="another")]

@@ -14,20 +14,25 @@ import xarray as xr
 from astropy import constants, units as u
 from astropy.units import imperial
 
-from astroinertia.bodies import darwin, jacobi, maclaurin, riemann, roche
+from astroinertia.bodies import darwin, jacobi, maclaurin, neutron_stars, riemann, roche
 from astroinertia.bodies.earth import prem
+from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.bodies.moment_ratios import volumetric_radius
 from astroinertia.bodies.neutron_star_fits import kepler_period
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.inertia import shapes, tensor
+from astroinertia.inertia.body import Body
+from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.rolling import flywheel_energy
 from astroinertia.matter import planetary, rheology
 from astroinertia.matter.barotropes import polytropic_matter
-from astroinertia.matter.compact_stars import geometric_density
+from astroinertia.matter.compact_stars import geometric_density, read2009
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
 from astroinertia.rotation.braking import Braking
+from astroinertia.rotation.contraction import contracted_period
+from astroinertia.rotation.spin_orbit import capture_probability
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
 
@@ -392,3 +397,37 @@ def test_series_of_tensors_of_a_dataset_are_turned_time_by_time() -> None:
     turned = tensor.rotated(tensors.transpose("i", "j", "time"), xr.DataArray(axes, dims=("time", "principal", "i")))
     values = tensors.transpose("time", "i", "j").values
     np.testing.assert_allclose(turned, [turn @ one @ turn.T for turn, one in zip(axes, values, strict=True)])
+
+
+def test_bodies_and_materials_made_of_quantities_have_their_numbers() -> None:
+    iron = planetary.Vinet(8.3 * u.g / u.cm**3, 156.2 * u.GPa, 6.08)
+    assert vars(iron) == vars(planetary.Vinet(8300.0, pytest.approx(156.2e9), 6.08))
+    assert float(planetary.density(iron, 100 * u.GPa)) == pytest.approx(10995.1, rel=1e-5)
+    assert planetary.BirchMurnaghan(8300.0, 1e11, 5.0, -(5e-11 / u.Pa)).second_derivative == -5e-11
+    with pytest.raises(InputError, match=r"^coefficient: must be a plain number"):
+        planetary.ModifiedPolytrope(1000.0, 3 * u.kg)
+    braked = Braking((200 * u.rad / u.s).to("deg/s"), (-1e-9 * u.rad / u.s**2).to("deg/s2"), (3.0,), (1.0,))
+    assert braked.rate(100.0) == pytest.approx(-1.25e-10)
+    ball = Body(2 * u.g, [0, 0, 1.0] * u.cm, np.eye(3) * u.g * u.cm**2)
+    assert (ball + Body(0.001, np.zeros(3), np.zeros((3, 3)))).centre[2] == pytest.approx(0.01 * 2 / 3)
+    core = HomologousCore(0.5, mass=1.4 * u.Msun, radius=1500 * u.km)
+    assert core.gravitational_constant == GRAVITATIONAL_CONSTANT and core.radius == 1.5e6
+    dense = neutron_stars.star(read2009("SLy"), central_rest_density=1e15 * u.g / u.cm**3)
+    assert dense.mass == neutron_stars.star(read2009("SLy"), central_rest_density=geometric_density(1e18)).mass
+
+
+def test_radii_until_which_something_holds_are_lengths_and_rates_over_the_mean_motion_numbers() -> None:
+    period = contracted_period(8 * u.day, 2 * u.Rsun, 1 * u.Rsun, 1.5 * u.Rsun)
+    assert period == pytest.approx(8 * 86400.0 / 1.5**2)
+    with pytest.raises(InputError, match=r"^locked_until: must be a length"):
+        contracted_period(8 * u.day, 2 * u.Rsun, 1 * u.Rsun, 100 * u.day)
+    with pytest.raises(InputError, match=r"^equilibrium_rate: must be a plain number"):
+        capture_probability(1.5, 0.2, 0.02, 1.2 * u.rad / u.s)
+    turned = change(np.array([0, 1, 2]) * u.day, [1, 2, 3.0])
+    assert turned.factor(86400.0) == pytest.approx(2.0)
+
+
+def test_a_figure_that_has_a_mass_with_a_unit_needs_its_radius() -> None:
+    """A radius of 1 would be one metre."""
+    with pytest.raises(InputError, match=r"^mean_radius is needed, too, where mass is given with a unit\.$"):
+        maclaurin.from_axis_ratio(0.9, mass=1 * u.Mearth)

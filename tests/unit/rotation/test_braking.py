@@ -78,3 +78,13 @@ def test_what_does_not_brake_is_refused(arguments, message):
 def test_times_must_rise():
     with pytest.raises(ValueError, match="rising"):
         braking.Braking(OMEGA, SLOWING, (3.0,), (1.0,)).history([1.0, 0.5])
+
+
+def test_a_field_that_never_decays_is_a_dipole_and_no_star_comes_to_rest():
+    exact = np.sqrt(0.1**2 + 2 * 0.1 * 1e-15 * np.array([0.0, 1e13]))
+    np.testing.assert_allclose(
+        braking.decaying_field_period(np.array([0.0, 1e13]), 0.1, 1e-15, np.inf), exact, rtol=1e-14
+    )
+    for rate in (0.0, -5.0, np.inf):
+        with pytest.raises(ValueError, match="must be positive and finite"):
+            braking.Braking(200.0, -1e-9, (3.0,), (1.0,)).time_to(rate)

@@ -141,3 +141,13 @@ def test_dwells_at_their_limits():
     assert flips[0] == pytest.approx(flips[1], rel=1e-12)
     with pytest.raises(ValueError, match="between 0 and pi/2"):
         polhodes.dwell(RACKET, 0.0)
+
+
+def test_flips_are_counted_to_any_number_that_ends():
+    top = free_top.free_top([1, 2, 3], [0.01, 3, 0.01])
+    expected = polhodes.flip_times(top, 20.0)
+    assert len(expected) == 3
+    np.testing.assert_array_equal(polhodes.flip_times(top, np.float32(20)), expected)
+    for end in (np.inf, np.nan):
+        with pytest.raises(ValueError, match="must be finite"):
+            polhodes.flip_times(top, end)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from astroinertia import dataset
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.inertia.mesh import icosphere
@@ -123,12 +124,16 @@ def test_a_snapshot_is_chosen_by_its_number(tmp_path):
 def test_a_run_without_particles_is_said_to_have_none(tmp_path):
     for model, records, words in (
         (RIGID, rigid_run(), "has no snapshots, for its model is rigid, which has no particles"),
-        ({**METADATA, "model": "sph"}, affine_run()[0], "has no snapshots yet"),
+        ({**METADATA, "model": "sph"}, affine_run()[0], "has no snapshots"),
     ):
         with Archive.create(tmp_path / model["model"], model) as archive:
             archive.write_segment(records[:3])
         with pytest.raises(SceneError, match=words):
             read_matter(tmp_path / model["model"])
+        path = tmp_path / f"{model['model']}.nc"
+        dataset.open(tmp_path / model["model"]).to_netcdf(path)
+        with pytest.raises(SceneError, match=words):
+            read_matter(path)
 
 
 @pytest.mark.parametrize("end", [(1.0, 1.0, 1.0), (0.3, 0.7, 0.1), (1e-3, 2.0, -0.7), (3.0, 0.1, 5.0)])
