@@ -33,7 +33,7 @@ SCENES = {
             "numerics.timesteps=individual",
             "numerics.precision=float64",
             "body.placement=random",
-            "time.end=1.0",
+            "time.end=0.4",
             "body.particles=100",
         ],
     ),

@@ -25,6 +25,7 @@ CLOUD = (
 BLOCKS = (*CLOUD, "time.max_steps=3", "numerics.timesteps='individual'")
 STEPS = 4 * STEPS_BETWEEN_SORTS  # runs stop where particles are sorted: a signalled one must come there before its end
 STEPPED = (*CLOUD, f"time.max_steps={STEPS}")
+SORTED = (*CLOUD, f"time.max_steps={STEPS_BETWEEN_SORTS + 1}")  # particles are sorted once more
 
 
 def mpiexec():
@@ -80,12 +81,9 @@ def undisturbed(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("scene", [STEPPED, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
-def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene, request):
-    if scene is STEPPED:
-        alone = request.getfixturevalue("undisturbed")
-    else:
-        ended(started(alone := tmp_path / "alone", scene))
+@pytest.mark.parametrize("scene", [SORTED, pytest.param(BLOCKS, marks=pytest.mark.full)], ids=["global", "individual"])
+def test_a_run_by_two_processes_has_the_bits_of_one(tmp_path, scene):
+    ended(started(alone := tmp_path / "alone", scene))
     said, _ = ended(several(2, tmp_path / "both", scene))
     assert said.count("wrote") == 1
     names = [sorted(path.name for path in each.iterdir()) for each in (alone, tmp_path / "both")]

@@ -288,7 +288,7 @@ def judged(case, *settings, folder):
                        "output.series_every='0.5 s'")),
         pytest.param("riemann", ("time.end=12", "output.series_every=6", "numerics.tolerance=1e-5"),
                      marks=pytest.mark.full),
-        ("maclaurin", ("time.end=10", "output.series_every=5", "numerics.tolerance=1e-8")),
+        ("maclaurin", ("time.end=5", "output.series_every=2.5", "numerics.tolerance=1e-8")),
     ],
 )  # fmt: skip
 def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, tmp_path):
@@ -312,7 +312,7 @@ def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
 
 @pytest.mark.parametrize("count", [150, 600])
 def test_the_error_of_a_particle_run_is_within_its_bar(count, tmp_path):
-    settings = (f"body.particles={count}", "time.end=1.0", "output.series_every=0.1")
+    settings = (f"body.particles={count}", "time.end=0.4", "output.series_every=0.1")
     for bar, true in judged(BY_NAME["dyson"], *settings, folder=tmp_path / "run"):
         assert 1e-4 < true < bar < 6.0 * true
 
@@ -390,7 +390,7 @@ def test_a_scene_that_does_not_ask_for_bars_has_none(tmp_path):
 def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "dyson.toml").write_text(BY_NAME["dyson"].text)
-    arguments = ["dyson.toml", "--set", "body.particles=150", "--set", "time.end=0.2"]
+    arguments = ["dyson.toml", "--set", "body.particles=150", "--set", "time.end=0.1"]
     assert main(["plan", *arguments, "--error-bars"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "error bars" in printed and "more of companion runs" in printed
@@ -413,7 +413,7 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
 
 
 def test_bars_beside_the_error_that_a_choice_states_say_why_they_may_be_larger(tmp_path):
-    scene = BY_NAME["dyson"].scene("body.particles=150", "time.end=0.2", BARS)
+    scene = BY_NAME["dyson"].scene("body.particles=150", "time.end=0.05", BARS)
     chosen = scene.model_copy(update={"choice": {"accuracy": "0.01 of I_zz; stated 1.6e-02"}})
     data = astroinertia.open(astroinertia.run_scene(chosen, tmp_path / "run"))
     assert data.attrs["error_bars_comment"] == BESIDE_CHOICE

@@ -25,7 +25,7 @@ STAR = {
     "effects": ["gravity", "pressure"],
     "regions": {"core": {"innermost_mass": 0.5 * u.Msun}},
     "numerics": {"max_timestep": "1 min"},
-    "time": {"end": "4 h", "max_steps": 40},
+    "time": {"end": "4 h", "max_steps": 20},
     "output": {"series_steps": 5, "checkpoint_seconds": 0},
 }
 MOMENTS = ["1 kg m2", "2 kg m2", "3 kg m2"]
@@ -79,7 +79,7 @@ def test_a_callback_changes_no_bit_of_a_run(plain: Path, seen: tuple[list[Any], 
 
 
 def test_steps_are_counted_from_the_start_and_the_end_is_seen(seen: tuple[list[Any], Path]) -> None:
-    assert [state.step for state, *_ in seen[0]] == [*range(0, 40, 3), 40]
+    assert [state.step for state, *_ in seen[0]] == [*range(0, 20, 3), 20]
 
 
 def test_what_is_seen_is_what_is_recorded(plain: Path, seen: tuple[list[Any], Path]) -> None:
@@ -165,7 +165,7 @@ def test_times_are_met_at_the_first_step_past_each(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("scene", [STAR, TOP], ids=["sph", "rigid"])
-def test_a_run_that_its_callback_stops_is_saved_and_goes_on(scene: Any, tmp_path: Path) -> None:
+def test_a_run_that_its_callback_stops_is_saved_and_goes_on(scene: Any, tmp_path: Path, plain: Path) -> None:
     steps = []
 
     def stop(state: Any) -> bool:
@@ -180,17 +180,17 @@ def test_a_run_that_its_callback_stops_is_saved_and_goes_on(scene: Any, tmp_path
     more: list[Any] = []
     file = astroinertia.resume(folder, callback=more.append)
     assert file.suffix == ".nc" and more[0].step > unfinished.step.values[-1]
-    same_bits(file, astroinertia.run_scene(scene, tmp_path / "plain"))
+    same_bits(file, plain if scene is STAR else astroinertia.run_scene(scene, tmp_path / "plain"))
 
 
 def test_what_a_callback_raises_comes_out_once_the_run_is_saved(tmp_path: Path, plain: Path) -> None:
     def fail(state: Any) -> None:
-        if state.step >= 20:
+        if state.step >= 10:
             raise ZeroDivisionError("of mine")
 
     with pytest.raises(ZeroDivisionError, match="of mine"):
         astroinertia.run_scene(STAR, tmp_path / "run", callback=fail)
-    assert astroinertia.open(tmp_path / "run").step.values[-1] >= 20
+    assert astroinertia.open(tmp_path / "run").step.values[-1] >= 10
     same_bits(astroinertia.resume(tmp_path / "run"), plain)
 
 
@@ -285,7 +285,7 @@ def test_a_force_and_a_callback_see_particles_by_the_same_names(tmp_path: Path) 
 
 
 def test_a_torque_and_a_callback_see_a_body_by_the_same_names(tmp_path: Path) -> None:
-    of_force, of_callback = seen_by_both(TOP, lambda state: 0.0 * state.angular_momentum, tmp_path)
+    of_force, of_callback = seen_by_both({**TOP, "time": "0.1 s"}, lambda state: 0.0 * state.angular_momentum, tmp_path)
     force, callback = of_force[0.0], of_callback[0]
     for name in (field.name for field in fields(force)):
         assert np.asarray(getattr(force, name)) == pytest.approx(getattr(callback, name).si.value, abs=1e-14), name
@@ -313,7 +313,7 @@ class Clock:
 
 @pytest.mark.parametrize(
     ("takes", "shortest", "longest", "steps"),
-    [(0.0, 0.2, 0.5, 60), (0.05, 1.0, 1.6, 80), (100.0, 5.0, 5.2, 200)],  # seconds of one word, and between two
+    [(0.0, 0.2, 0.5, 40), (0.05, 1.0, 1.6, 80), (100.0, 5.0, 5.2, 200)],  # seconds of one word, and between two
 )
 def test_what_a_run_says_takes_little_of_its_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, takes: float, shortest: float, longest: float, steps: int
