@@ -98,7 +98,7 @@ def evrard_peaks(particles: int, *settings: str) -> dict[str, Any]:
 BARS = {"dyson": (0.0050, 0.0086), "cold": (0.030, 0.024), "toy_star": (0.027, 0.017)}
 
 
-FEWER = {"toy_star": (400, 1200)}  # with the bars of the order 2 in N^(1/3)
+FEWER = {"toy_star": (250, 800)}  # with the bars of the order 2 in N^(1/3)
 COLD = pytest.param("cold", marks=pytest.mark.full(inputs=["sims/cold_spheroid.toml"]))  # a minute
 
 

@@ -204,11 +204,12 @@ def _rotating_reference():
     return value
 
 
-@pytest.mark.parametrize("count", [1000, pytest.param(2000, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [500, pytest.param(2000, marks=pytest.mark.full)])
 def test_rotating_equilibrium_has_the_figure_of_the_exact_one(count):
     """Rigid n = 1 body at q = 0.155: its moments, T/|W|, and the rate over the central density.
 
-    Flattening and rate are off by 6.8 and 6.2 % with 1000 particles, 4.1 and 3.8 % with 2000: as N^-0.7.
+    Flattening and rate are off by 6.8 and 6.2 % with 1000 particles, 4.1 and 3.8 % with 2000: as N^-0.7; and so with
+    500.
     """
     exact = _rotating_reference()
     share, fewer = exact["T_W"], (2000 / count) ** 0.7
@@ -224,7 +225,9 @@ def test_rotating_equilibrium_has_the_figure_of_the_exact_one(count):
     assert rate**2 / (4 * np.pi * float(body.central_density)) == pytest.approx(
         exact["Omega2_4piGrhoc"], rel=0.04 * fewer
     )
-    still = 3 * body.moment_of_inertia.attrs["exact_at_rest"] * (1 - AT_1000[1.0])  # as large as so many make it
+    still = (
+        3 * body.moment_of_inertia.attrs["exact_at_rest"] * (1 - AT_1000[1.0] * (1000 / count) ** 0.45)
+    )  # as large as so many make it
     assert np.trace(tensor) > 1.05 * still
 
 

@@ -47,7 +47,8 @@ EXPENSIVE = [
     *("accuracy/analysis", "accuracy/choice", "accuracy/error_bars", "accuracy/running", "accuracy/table"),
     *("accuracy/tradeoff", "interop/zarr_store", "plots", "sweeps/ensemble"),
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
-    "bodies/spectral_polytrope",
+    *("bodies/composite_polytrope", "bodies/giant_planets", "bodies/inversion", "bodies/neutron_stars"),
+    *("bodies/spectral_polytrope", "matter/planetary", "sweeps/gradient", "sweeps/sensitivity"),
 ]
 # What only the package itself calls.
 INSIDES = {

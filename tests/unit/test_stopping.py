@@ -185,11 +185,11 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
 
 
 SPIN = ["time.end=100 s", "output.series_every=100 s"]
-ELLIPSOID = ["time.end=200.0", "output.series_every=200.0"]
+ELLIPSOID = ["time.end=100.0", "output.series_every=100.0"]
 MOON = [
-    "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=30 d", "output.series_every=30 d",
+    "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=10 d", "output.series_every=10 d",
 ]  # fmt: skip
-CRAB = ['equation_of_state.kind="ideal"', "time.end=0.005 s", "output.series_every=0.005 s"]
+CRAB = ['equation_of_state.kind="ideal"', "time.end=0.0025 s", "output.series_every=0.0025 s"]
 BETWEEN = {
     "splitting": (
         TOP,
@@ -212,8 +212,9 @@ def test_models_without_particles_stop_between_outputs_and_go_on_bit_for_bit(tmp
     at_once = astroinertia.open(astroinertia.run_scene(asked, tmp_path / "at once"))
     for limit in limits:
         monkeypatch.setattr(*limit)
-    jax.clear_caches()  # which has the limits in it
-    request.addfinalizer(jax.clear_caches)
+    if kind is RigidBody:  # whose programs have the limits in them
+        jax.clear_caches()
+        request.addfinalizer(jax.clear_caches)
     name = "through" if hasattr(kind, "through") else "advance"
     going, calls = getattr(kind, name), []
 

@@ -292,7 +292,7 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
 
 @pytest.mark.parametrize(
     ("text", "settings", "accuracy"),
-    [(TOY_STAR, (*QUIET, "model='sph'"), 0.05), (ELLIPSOID, (), 1e-5), (TOP, (), 1e-4)],
+    [(TOY_STAR, (*QUIET, "model='sph'", "time.end=1.5"), 0.05), (ELLIPSOID, (), 1e-5), (TOP, (), 1e-4)],
     ids=["sph", "ellipsoid", "rigid"],
 )
 def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, real, text, settings, accuracy):

@@ -39,7 +39,7 @@ def star(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of the wheel to 2 s."""
     folder = tmp_path_factory.mktemp("runs") / "wheel"
-    astroinertia.run_scene(loads(WHEEL), folder)
+    astroinertia.run_scene(loads(WHEEL, ['numerics.integrator="splitting"']), folder)
     return folder
 
 

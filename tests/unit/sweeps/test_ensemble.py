@@ -18,7 +18,7 @@ from astroinertia.cli import main as cli, stop as cli_stop
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.scaling.evolution import Scaling
-from astroinertia.plots import ladder
+from astroinertia.plots import ladder, pictures
 from astroinertia.process import interrupts
 from astroinertia.run import loop
 from astroinertia.scene import sweep as sweeps
@@ -112,6 +112,7 @@ def test_members_are_a_tree(grid):
 
 
 def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, cluster, tmp_path):
+    """They ask no scheduler for the files of their members: xarray's locks took longer than cheap members."""
     (worker,) = cluster.workers.values()
     first = worker.pid
 
@@ -122,6 +123,8 @@ def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, clu
     found = ensemble.run_sweep(made(), tmp_path / "sweep", cluster=cluster.scheduler_address, listener=kill_at_second)
     assert not found.failures and worker.pid != first
     same(astroinertia.open(tmp_path / "sweep"), astroinertia.open(grid[0]))
+    asked = [str(name) for name in cluster.scheduler.extensions["semaphores"].max_leases]
+    assert not [name for name in asked if ".nc" in name]
 
 
 def processes_below(parent):
@@ -318,7 +321,7 @@ def test_workers_are_not_waited_for_when_the_time_is_over(cluster, tmp_path):
     begun = time.monotonic()
     with pytest.raises(RunInterrupted, match="limit of wall time"):
         ensemble.run_sweep(
-            made(),
+            made('"body.exponent" = [0.5, 1.0]'),
             tmp_path / "run",
             cluster=cluster.scheduler_address,
             deadline=begun + ensemble.SECONDS_TO_CLOSE + 0.5,
@@ -354,22 +357,17 @@ def test_a_command_that_is_ended_while_the_sweeps_file_is_written_leaves_none_by
         if path.name.startswith("core.nc") and path.parent == tmp_path / "run":
             left.at(signal.SIGTERM)
 
+    shutil.copytree(grid[0], tmp_path / "run")
+    (tmp_path / "run" / "core.nc").unlink()  # all members are done
     monkeypatch.setattr(xr.Dataset, "to_netcdf", signalled)
     with interrupts.watched(left.end):
-        ensemble.run_sweep(made(), tmp_path / "run")
+        ensemble.resume(tmp_path / "run")
     monkeypatch.undo()
     ((ended, folder),) = left.ends
     assert "stopped by SIGTERM with 4 of 4 members done, and is saved in" in str(ended.said) and ended.saved
     assert not (folder / "core.nc").exists()
     ensemble.resume(folder)
     same(astroinertia.open(folder), astroinertia.open(grid[0]))
-
-
-def test_workers_ask_no_scheduler_for_the_files_of_their_members(cluster, tmp_path):
-    """xarray's locks between workers took longer than cheap members: a question for each variable of a file."""
-    ensemble.run_sweep(made(), tmp_path / "run", cluster=cluster.scheduler_address)
-    asked = [str(name) for name in cluster.scheduler.extensions["semaphores"].max_leases]
-    assert not [name for name in asked if ".nc" in name]
 
 
 def test_a_member_ends_when_its_sweep_is_over(tmp_path, monkeypatch):
@@ -440,6 +438,7 @@ def test_the_lines_of_the_readme_work_on_a_sweep(grid):
 
 def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "600")
+    monkeypatch.setattr(pictures, "FIGURES", {"inertia": pictures.FIGURES["inertia"]})  # one picture is as good as all
     place = str(tmp_path / "sweep")
     shutil.copytree(grid[0], place)
     for command in ("movie", "report", "view"):
