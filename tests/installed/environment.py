@@ -54,6 +54,7 @@ def with_the_wheel(built: Path, folder: Path) -> Path:
         "-q",
         "--no-deps",
         "--no-index",
+        "--no-compile",  # which takes longer than all that is run
     ]
     run([*installing, built], folder)
     (packages,) = folder.glob("lib/python*/site-packages")

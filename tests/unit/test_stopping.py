@@ -200,8 +200,8 @@ BETWEEN = {
     ),
     "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (passage, "ADAPTIVE_BETWEEN_LOOKS", 64)),
     "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (ellipsoid, "AT_ONCE", 64)),
-    "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 32)),
-    "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 32)),
+    "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 8)),
+    "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 16)),
 }
 
 
