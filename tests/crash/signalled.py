@@ -29,7 +29,7 @@ TOP = [str(SIMS / "tennis_racket.toml"), "--set", "time.end=2 s", "--set", "outp
 PARTICLES = [
     str(SIMS / "evrard.toml"),
     *("--set", "numerics.timesteps=individual", "--set", "numerics.precision=float64", "--set", "body.particles=100"),
-    *("--set", "body.placement=random", "--set", "time.end=1.0", "--set", "output.series_every=0.05"),
+    *("--set", "body.placement=random", "--set", "time.end=0.4", "--set", "output.series_every=0.05"),
     *("--set", "output.snapshot_every=0.2"),
 ]
 SWEEP = """
