@@ -94,7 +94,7 @@ class LayeredBody:
         x = jnp.asarray(r, dtype=float) / self.mean_radius
         layer = _layer_of(self, x)
         rho = jnp.sum(self.coefficients[layer] * _powers(x, self.coefficients.shape[1]), axis=-1)
-        return jnp.where(x <= 1, rho, 0.0)
+        return jnp.where(x > 1, 0.0, rho)
 
     @with_quantities(r="m")
     @double_precision()

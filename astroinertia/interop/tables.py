@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.by_member import swept
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.storage.atomic import write_whole
@@ -44,6 +45,8 @@ def write_series(dataset: xr.Dataset, path: Path) -> None:
 
 def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Header and values (time,) of every column; quantities and components that are NaN throughout have none.
+
+    In a sweep a column says what its member has: `density_max_body.radius=1500000.0 m [kg m-3]`.
 
     >>> print(next(iter(series_columns(ds)))[0])
     time [s]
@@ -80,7 +83,11 @@ def write_particles(snapshot: Snapshot, path: Path) -> None:
 
 
 def _labels(dataset: xr.Dataset, dim: str) -> list[str]:
-    return [str(label) for label in (dataset[dim].values if dim in dataset.coords else range(dataset.sizes[dim]))]
+    labels = [str(label) for label in (dataset[dim].values if dim in dataset.coords else range(dataset.sizes[dim]))]
+    if dim in swept(dataset):
+        unit = str(dataset[dim].attrs.get("units", "1")).removeprefix("1") if dim in dataset.coords else ""
+        return [f"{dim}={label} {unit}".rstrip() for label in labels]
+    return labels
 
 
 def _write(path: Path, comments: Sequence[str], names: Sequence[str], rows) -> None:

@@ -120,3 +120,8 @@ def test_bodies_that_cannot_be_are_refused(radii, densities, message):
 def test_a_density_that_falls_below_zero_inside_a_layer_is_refused():
     with pytest.raises(ValueError, match="positive in every layer"):
         polynomial_layers([1.0], [[1.0, -4.0, 3.9]])
+
+
+def test_a_density_at_no_number_is_none():
+    found = GALLERY["linear"].density(np.array([np.nan, 0.1, 3.0]))
+    assert np.isnan(found[0]) and found[1] > 0.0 and found[2] == 0.0

@@ -17,6 +17,7 @@ from astroinertia.cli.main import main
 from astroinertia.interop import swift
 from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
+from astroinertia.interop.tables import series_columns
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import read_table
 from astroinertia.storage.archive import Archive
@@ -244,6 +245,18 @@ def test_the_headline_series_as_flat_columns(run, tmp_path):
         name for name in names if name.startswith("jeans_ratio")
     ]  # not recorded: a column of NaN would say nothing
     assert not absent and opened["jeans_ratio"].isnull().all()
+
+
+def test_columns_of_a_sweep_say_what_each_member_has():
+    radii = [1.5e6, 2e6]
+    of_members = xr.DataArray(np.arange(6.0).reshape(2, 3), dims=("body.radius", "time"), attrs={"units": "kg"})
+    tensor = xr.DataArray(np.ones((2, 3, 3, 3)), dims=("body.radius", "time", "i", "j"), attrs={"units": "kg m2"})
+    sweep = xr.Dataset({"mass": of_members, "inertia_tensor": tensor}).assign_coords(
+        {"time": ("time", np.arange(3.0), {"units": "s"}), "body.radius": ("body.radius", radii, {"units": "m"})}
+    )
+    columns = dict(series_columns(sweep))
+    np.testing.assert_array_equal(columns["mass_body.radius=2000000.0 m [kg]"], [3.0, 4.0, 5.0])
+    assert "inertia_tensor_body.radius=1500000.0 m_0_2 [kg m2]" in columns
 
 
 def test_zarr_holds_the_whole_tree(run, tmp_path):
