@@ -480,8 +480,7 @@ def test_targets_have_the_rows_that_they_have_among_all(reference, some):
         Engine().density(arrangement, *given, targets=[5, 4])
 
 
-# In mixed precision, too, individual steps of every scene take subsets.
-@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.full)])
+@pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.slow)])
 def test_a_subset_is_an_arrangement_of_its_particles(reference, precision):
     arrangement, solved, fields = reference
     engine = Engine(precision)
