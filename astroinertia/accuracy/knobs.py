@@ -11,7 +11,6 @@ from typing import Any
 
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
-from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 
@@ -131,7 +130,7 @@ def _particles(scene: Scene) -> Knob | None:
     return Knob(
         "particles", "number of particles", tuple(values), float(count),
         lambda value: _shared_out(scene, float(value)),
-        step=lambda value: _placed(scene, float(value)) ** (-1 / 3),
+        step=lambda value: scene.body.placed(scene, float(value)) ** (-1 / 3),
         value_at=lambda step: step**-3,
         cost=lambda value: value ** (4 / 3),
         order=2.0,
@@ -139,11 +138,6 @@ def _particles(scene: Scene) -> Knob | None:
         "1703, section 2); a free surface, a layer of one smoothing length with an error of first order, or disorder "
         "makes it less",
     )  # fmt: skip
-
-
-def _placed(scene: Scene, count: float) -> float:
-    """How many particles there are where so many are asked for."""
-    return scene.body.placed(scene, round(count)) if isinstance(scene.body, StandardBody) else count
 
 
 def _shared_out(scene: Scene, count: float) -> tuple[str, ...]:

@@ -24,7 +24,6 @@ from astroinertia.models.protocol import Evolution
 from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
 from astroinertia.scene import load, own_bodies, own_matter
-from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
@@ -309,22 +308,15 @@ def _sides(scene: Scene) -> list[float | None]:
     return [length if there else None for length, there in zip(scene.box.lengths, scene.box.repeats, strict=True)]
 
 
-def _placed(scene: Scene) -> list[int]:
-    """Of each body; lattices of standard problems have numbers of their own."""
-    if isinstance(scene.body, StandardBody):
-        assert scene.particles is not None
-        return [scene.body.placed(scene, scene.particles)]
-    bodies: Any = scene.bodies or (scene.body,)
-    return [body.particles for body in bodies]
-
-
 def _numerics(scene: Scene) -> dict[str, Any]:
     chosen = scene.numerics
     if scene.model == "sph":
         body: Any = scene.body
+        bodies: Any = scene.bodies or (body,)
+        counts = [round(each.placed(scene, each.particles)) for each in bodies] if scene.particles else []
         return {
             "engine": chosen.engine, "precision": scene.precision, "kernel": chosen.kernel, "seed": body.seed,
             **({"neighbours": smoothing(scene)[1]} if softening(scene) is None else {}),
-            **({"body_particles": _placed(scene)} if scene.particles else {}),
+            **({"body_particles": counts} if counts else {}),
         }  # fmt: skip
     return {"engine": chosen.integrator, "precision": "float64", "tolerance": chosen.tolerance}

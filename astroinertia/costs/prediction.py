@@ -14,7 +14,6 @@ from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_st
 from astroinertia.costs.machine import Machine
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene.body_kinds.layered import LayeredBody
-from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 
@@ -132,8 +131,7 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
 
 def _placed(scene: Scene) -> int | None:
     """How many particles a scene will have, which lattices round; None where only a table knows."""
-    asked = scene.particles
-    return scene.body.placed(scene, asked) if isinstance(scene.body, StandardBody) and asked else asked
+    return None if scene.particles is None else round(scene.body.placed(scene, scene.particles))
 
 
 def counted(scene: Scene) -> Counts | None:

@@ -92,7 +92,7 @@ def matter(snapshot: xr.Dataset, densest: bool = False) -> Matter:
     weight = mass * snapshot["density"].values if densest else mass
     box = np.array(snapshot.attrs.get("box", [math.inf] * 3))
     filled = np.isfinite(box)
-    position = position - np.where(filled, np.where(filled, box, 1.0) * np.round(position / box), 0.0)
+    position = position - np.where(filled, box, 1.0) * np.round(position / box)
     middle = np.where(filled, 0.0, weight @ position / weight.sum())
     sinks = snapshot["sink_position"].transpose("sink", "i").values if "sink_position" in snapshot else np.empty((0, 3))
     return Matter(

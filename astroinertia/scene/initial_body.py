@@ -450,6 +450,10 @@ class Body(Part):
         orbit = gravitational * (5.0 - me.polytropic_index) / (3.0 * me.mass * me.radius**2)
         return polytropic_rate(me.polytropic_index, fraction) * math.sqrt(orbit)
 
+    def placed(self, scene: Any, asked: float) -> float:
+        """How many particles there are where so many are asked for."""
+        return asked
+
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """What it is, as lines of the plan."""
         me: Any = self

@@ -51,14 +51,14 @@ class StandardBody(Unknown, Body):
             needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"
             raise ValueError(f"[body] the problem {self.problem} {needs}.")
 
-    def placed(self, scene: Any, asked: int) -> int:
-        """How many particles it has where so many are asked for: lattices fill the box with whole cells."""
+    def placed(self, scene: Any, asked: float) -> float:
+        """As many as lattices have that fill the box with whole cells."""
         if asked > _MANY:
             return asked
         from astroinertia.test_problems.matter import standard  # only here: other bodies need no problem
 
         lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
-        return len(standard(self.problem).place(asked, lengths, scene.equation_of_state.gamma).mass)
+        return len(standard(self.problem).place(round(asked), lengths, scene.equation_of_state.gamma).mass)
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """Its problem."""
