@@ -4,7 +4,6 @@ Importing this module registers the accessor for xarray's Dataset and DataTree.
 """
 
 import difflib
-import functools
 import html
 import inspect
 from collections.abc import Sequence
@@ -20,6 +19,7 @@ from astroinertia.dataset.arranged import along, from_x_to_z
 from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
+from astroinertia.dataset.picture_methods import picture
 from astroinertia.dataset.schema import INERTIAL
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
@@ -33,45 +33,6 @@ _TURNED = 0.1  # radians that an axis may turn and be said to stay
 _NO_MODE = 1e-14  # of the whole mass: an amplitude that sums over a body round to where it has no such mode
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
-
-
-OPTIONS = {
-    "start": "time from which on it is drawn: a quantity, text such as '2 min', or a number in the dataset's unit",
-    "end": "time up to which it is drawn, likewise",
-    "size": "width and height in inches",
-    "path": "a file to write the picture to as well; its ending says how (.png, .pdf, .svg)",
-}
-"""What every plot takes, by keyword."""
-OF_PARTICLES = {"snapshots": "the particles, where they are not those of the dataset's file"}
-
-
-def _drawn(plot: Any) -> Any:
-    """A method that draws: what it takes is in its docstring, and anything else is refused."""
-    options = OPTIONS | (OF_PARTICLES if plot.__name__ == "plot_density" else {})
-
-    @functools.wraps(plot)
-    def drawn(self: Any, **keywords: Any) -> Any:
-        for name in keywords:
-            if name not in options:
-                raise SceneError(f"{plot.__name__} has no option {name!r}; it has {', '.join(options)}.")
-        return plot(self, **keywords)
-
-    listed = "\n".join(f"{name}: {text}." for name, text in options.items())
-    drawn.__doc__ = (
-        f"{inspect.cleandoc(plot.__doc__)}\n\nReturns the matplotlib Figure. Options, by keyword:\n\n{listed}\n"
-    )
-    return drawn
-
-
-def _size(size: Any) -> tuple[float, float]:
-    try:
-        width, height = (float(length) for length in size)
-    except (TypeError, ValueError):
-        raise SceneError(f"size must be width and height in inches, not {size!r:.60}.") from None
-    if not (0.0 < width < 1000.0 and 0.0 < height < 1000.0):
-        raise SceneError(f"size must be width and height in inches, not {size!r:.60}.")
-    return width, height
-
 
 Axis = str | Sequence[float] | np.ndarray | xr.DataArray
 
@@ -462,77 +423,53 @@ class InertiaAccessor:
         fitted = growth.turning(phase["time"].values, phase.values, mode)
         return self._line(fitted, f"pattern speed of mode {mode}", "rad s-1")
 
-    @_drawn
+    @picture("moments", "inertia_figure")
     def plot_inertia(self, **options: Any) -> Any:
         """I(t) evolved against direct, with the closure."""
-        return self._plot("moments", "inertia_figure", **options)
 
-    @_drawn
+    @picture("spin", "spin_figure")
     def plot_spin(self, **options: Any) -> Any:
         """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
-        return self._plot("spin", "spin_figure", **options)
 
-    @_drawn
+    @picture("attitude", "attitude_figure")
     def plot_attitude(self, **options: Any) -> Any:
         """Rates about the body's own axes, Euler angles and the polhode, of a rigid body."""
-        return self._plot("attitude", "attitude_figure", **options)
 
-    @_drawn
+    @picture("ledger", "ledger_figure")
     def plot_ledger(self, **options: Any) -> Any:
         """Each effect's share in d2I/dt2, the virial and the torque."""
-        return self._plot("ledger", "ledger_figure", **options)
 
-    @_drawn
+    @picture("shape", "shape_figure")
     def plot_shape(self, **options: Any) -> Any:
         """Axis ratios and the inertia ellipsoid."""
-        return self._plot("shape", "shape_figure", **options)
 
-    @_drawn
+    @picture("energy", "energy_figure")
     def plot_energy(self, **options: Any) -> Any:
         """Energies, each effect's work and heating, and the errors."""
-        return self._plot("energy", "energy_figure", **options)
 
-    @_drawn
+    @picture("error_bars", "error_bars_figure")
     def plot_error_bars(self, **options: Any) -> Any:
         """Error bars over the values that they belong to, of a run that has them."""
-        return self._plot("error_bars", "error_bars_figure", **options)
 
-    @_drawn
+    @picture("waves", "waves_figure")
     def plot_waves(self, **options: Any) -> Any:
         """Gravitational-wave strain times distance."""
-        return self._plot("waves", "waves_figure", **options)
 
-    @_drawn
+    @picture("density", "density_figure", of_particles=True)
     def plot_density(self, **options: Any) -> Any:
         """Slices of the density at the start, at maximum compression and at the end, from the snapshots."""
-        snapshots = options.pop("snapshots", None)
-        options["snapshots"] = self.snapshots if snapshots is None else snapshots
-        if options["snapshots"] is None:
-            raise AbsentError("this dataset has no snapshots to draw.")
-        return self._plot("density", "density_figure", **options)
 
-    @_drawn
+    @picture("profiles", "profiles_figure")
     def plot_profiles(self, **options: Any) -> Any:
         """Density, rotation and specific angular momentum against radius, at several times."""
-        return self._plot("profiles", "profiles_figure", **options)
 
-    def _plot(
-        self, module: str, function: str, start: Any = None, end: Any = None, size: Any = None, path: Any = None,
-        **others: Any,
-    ) -> Any:  # fmt: skip
-        from importlib import import_module  # matplotlib is only loaded by who draws
-
-        self._must_be_of_one_run("a picture")
+    def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
+        """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
-        dataset = self._between(self.dataset, low, high)
-        if "snapshots" in others:
-            others["snapshots"] = self._between(others["snapshots"], low, high, "snapshot_time")
-        figure = getattr(import_module(f"astroinertia.plots.{module}"), function)(dataset, **others)
-        if size is not None:
-            figure.set_size_inches(*_size(size))
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        parts = {"dataset": self._between(self.dataset, low, high)}
+        if snapshots is not None:
+            parts["snapshots"] = self._between(snapshots, low, high, "snapshot_time")
+        return parts
 
     def _must_be_inertial(self, what: str) -> None:
         if (frame := self.dataset.attrs.get("frame", INERTIAL)) != INERTIAL:

@@ -12,7 +12,8 @@ from astropy import units as u
 
 from astroinertia import dataset, plots
 from astroinertia.bodies.rotating_star import rotating_star_with
-from astroinertia.dataset.accessor import OPTIONS, InertiaAccessor
+from astroinertia.dataset.accessor import InertiaAccessor
+from astroinertia.dataset.picture_methods import OPTIONS
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from tests.unit.affine_body import METADATA, affine_run
