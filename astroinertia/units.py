@@ -317,7 +317,12 @@ def in_si(value: Any, dimension: str | Dimension | None) -> Any:
         scale = factor * quantity(f"1 {written}", dimension)
     except SceneError:
         raise SceneError(f"must be {_phrase(dimension)}, not {shown(text)}{_hint(dimension)}.") from None
-    return value.value * scale
+    return _wide(value).value * scale
+
+
+def _wide(value: Any) -> Any:
+    """The quantity in float64 at least: a mass of the Sun in float32 has no square in SI."""
+    return value.astype(float) if value.dtype.kind == "f" and value.dtype.itemsize < 8 else value
 
 
 def _can_be_read(unit: str) -> bool:
@@ -340,7 +345,7 @@ def in_unit(value: Any, unit: str | None) -> Any:
     from astropy import units as astropy_units
 
     try:
-        return value.to_value("" if unit is None else unit)
+        return _wide(value).to_value("" if unit is None else unit)
     except astropy_units.UnitConversionError:
         wanted = "a plain number" if unit is None else f"in {unit}, or in units of that kind"
         raise SceneError(f"must be {wanted}, not {shown(f'{value}')}.") from None

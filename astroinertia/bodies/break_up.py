@@ -150,19 +150,23 @@ class PolytropicLimit:
 
 
 @with_quantities()
-@lru_cache(maxsize=32)
 def polytropic_limit(index: float) -> PolytropicLimit:
     """Return where rigid polytropes of an index shed mass; ValueError unless 0 < n < 3.
 
     From exact figures (bodies.rotating_star), followed at one mass and one constant K, as a body is that has been spun
     up; at n = 3 the radius at rest is not defined. Stiff bodies meet bars before: T/|W| is 0.18 at n = 0.5.
     """
+    return _polytropic_limit(float(index))
+
+
+@lru_cache(maxsize=32)
+def _polytropic_limit(index: float) -> PolytropicLimit:
     _check(index)
     star = end_of_sequence(polytropic_matter(index))
     at_rest = _radius_at_rest(star, index)
     rest_moment = polytrope_moment_ratio(index) * at_rest**2
     return PolytropicLimit(
-        index=float(index),
+        index=index,
         rate=star.angular_velocity * at_rest**1.5,
         angular_momentum=star.angular_momentum / math.sqrt(at_rest),
         swelling=1 / at_rest,

@@ -58,6 +58,7 @@ class Motion(NamedTuple):
     angular_velocity: np.ndarray
 
 
+@with_quantities(polar_radius="m")
 @dataclass(frozen=True)
 class ColdSpheroid:
     """A uniform spheroid without pressure that is let go at t = 0 with semi-axes a, c, turning about c at Omega.

@@ -31,6 +31,7 @@ _ROUND_OFF = 1e-12
 _LARGEST_STEP = np.array([0.1, 0.8])  # of n and ln(K/K_core): further away there may be no figure at all
 
 
+@with_quantities(zonal_harmonics=None, uncertainties=None)
 @dataclass(frozen=True, eq=False)
 class GravityField:
     """A planet from outside, in SI: J2, J4, ... and their uncertainties (3 sigma) for its equatorial radius."""

@@ -16,6 +16,7 @@ from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 
 
+@with_quantities()
 @dataclass(frozen=True)
 class HomogeneousEllipsoid(EquilibriumFigure):
     """An ellipsoid with semi-axes a >= b >= c that turns rigidly about c, of given mass and mean radius (abc)^(1/3).

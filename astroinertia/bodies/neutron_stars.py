@@ -23,7 +23,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, geometric_density, geometric_pressure
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
-from astroinertia.units import SOLAR_MASS
+from astroinertia.units import SOLAR_MASS, with_unit
 
 _SCAN_TOLERANCE = 1e-7
 _TURNING_POINT = 1e-7  # in ln eta: the mass is flat there, to a part in 1e13
@@ -136,7 +136,7 @@ class NeutronStar:
 
 def _geometric(name: str, value: Any) -> float:
     """A number in geometric units of the Sun, as is, or what is given with a unit."""
-    if isinstance(value, int | float | np.number):
+    if not isinstance(value, str) and with_unit(value) is None:
         return float(value)
     return float(geometric_pressure(value) if name == "central_pressure" else geometric_density(value))
 

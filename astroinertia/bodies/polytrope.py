@@ -89,7 +89,6 @@ def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
 
 
 @with_quantities()
-@lru_cache(maxsize=64)
 def lane_emden(index: float) -> LaneEmden:
     """Return the Lane-Emden solution of `index`, accurate to about 1e-14; ValueError outside 0 <= n < 5.
 
@@ -99,9 +98,13 @@ def lane_emden(index: float) -> LaneEmden:
     >>> print(f"{lane_emden(1.0).moment_ratio:.9f} {2 / 3 * (1 - 6 / np.pi**2):.9f}")  # numerical and exact
     0.261381932 0.261381932
     """
-    n = float(index)
+    return _lane_emden(float(index))
+
+
+@lru_cache(maxsize=64)
+def _lane_emden(n: float) -> LaneEmden:
     if not 0 <= n < 5:
-        raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {index!r}")
+        raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {n!r}")
 
     inner = np.linspace(0.0, _SERIES_END, 9)
     middle = np.linspace(_SERIES_END, HANDOVER, 257)

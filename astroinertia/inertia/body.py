@@ -53,6 +53,7 @@ class Body:
         """The body moved by a vector (..., 3)."""
         return Body(self.mass, self.centre + namespace(self.centre, by).asarray(by), self.inertia)
 
+    @with_quantities(about="m")
     def rotated(self, matrix: Array, about: Array | None = None) -> "Body":
         """The body turned by a rotation (or mirrored), matrix (..., 3, 3), about a point (..., 3).
 

@@ -24,6 +24,7 @@ Array = Any
 _TOLERANCE = 1e-10
 
 
+@with_quantities(joint="m")
 @dataclass(frozen=True)
 class Limb:
     """A rigid part as it is with all joints at 0, the point (3,) and axis (3,) of its hinge, and what it hangs on.

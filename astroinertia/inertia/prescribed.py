@@ -26,6 +26,7 @@ class Change:
     logarithms: Array
     slopes: Array
 
+    @with_quantities()
     def factor(self, time: Array) -> Array:
         """The factor (...,) at times (...,)."""
         xp = namespace(time, self.times)
@@ -40,6 +41,7 @@ class Change:
         value = value + share * share * ((1.0 + 2.0 * rest) * values[piece + 1] - rest * length * slopes[piece + 1])
         return xp.exp(value)
 
+    @with_quantities()
     def derivatives(self, time: float) -> tuple[float, float, float]:
         """The factor at one time with its first and second derivative; the second jumps at the given times."""
         times, values, slopes = (np.asarray(array) for array in (self.times, self.logarithms, self.slopes))

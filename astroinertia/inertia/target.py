@@ -46,7 +46,7 @@ def target_tensor(squares: Array, axes: Array | None = None) -> Array:
     return xp.einsum("k,ki,kj->ij", squares, axes, axes)
 
 
-@with_quantities()
+@with_quantities(target="kg m2", stiffness="s-2", orientation_stiffness="s-2")
 def target_energy(
     second_moment: Array,
     target: Array,
@@ -121,7 +121,7 @@ def target_matrix(
     return matrix
 
 
-@with_quantities()
+@with_quantities(target="kg m2", stiffness="s-2", orientation_stiffness="s-2")
 def target_energy_gradient(mass: Array, position: Array, target: Array, stiffness: Array, **options: Any) -> Array:
     """dE/dx of every particle, (N, 3), exactly: -m A (x - c), for masses (N,) at positions (N, 3).
 

@@ -201,7 +201,7 @@ def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), ori
     body["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
     units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
     if None not in units:
-        body["mass"].attrs["units"], body["inertia_tensor"].attrs["units"] = (f"{units[0]} {units[1]}{n}" for n in "35")
+        body["mass"].attrs["units"], body["inertia_tensor"].attrs["units"] = (f"{units[1]}{n} {units[0]}" for n in "35")
         body["centre_of_mass"].attrs["units"] = units[1]
     return body
 

@@ -1,7 +1,9 @@
 """Cold equations of state of planetary matter: pressure, density, bulk modulus and energy, differentiable.
 
 A material is a frozen dataclass and JAX pytree with `reference_density` (at no pressure), `pressure(density)` and
-`density(pressure)`; SI, or any consistent units. Elements of arrays are independent of each other.
+`density(pressure)`; SI, or any consistent units. Elements of arrays are independent of each other. These methods are
+for code of JAX and compute in its precision, 32 bits if nothing else is set; the functions of this module, such as
+`density(IRON_HCP, 300e9)`, compute in 64 bits wherever they are called from.
 
 Sources: Birch 1947, Phys. Rev. 71, 809; Vinet et al. 1989, J. Phys. Condens. Matter 1, 1941; Murnaghan 1944, PNAS 30,
 244; Seager et al. 2007, ApJ 669, 1279. Tillotson's equation is in tillotson.py.
@@ -61,6 +63,7 @@ class BirchMurnaghan:
     derivative: Array = 4.0
     second_derivative: Array | None = None
 
+    @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
         slope = self.derivative
@@ -71,6 +74,7 @@ class BirchMurnaghan:
         strain = (x**2 - 1) / 2
         return 3 * self.bulk_modulus * strain * x**5 * (1 + a * strain + b * strain**2)
 
+    @with_quantities()
     def density(self, pressure: Array) -> Array:
         """Density at a pressure, by Newton's method; NaN beyond the greatest pressure that the equation reaches."""
         return inverted(self, pressure)
@@ -86,11 +90,13 @@ class Vinet:
     bulk_modulus: Array
     derivative: Array
 
+    @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
         x = jnp.cbrt(self.reference_density / density)
         return 3 * self.bulk_modulus * (1 - x) / x**2 * jnp.exp(1.5 * (self.derivative - 1) * (1 - x))
 
+    @with_quantities()
     def density(self, pressure: Array) -> Array:
         """Density at a pressure, by Newton's method."""
         return inverted(self, pressure)
@@ -106,11 +112,13 @@ class Murnaghan:
     bulk_modulus: Array
     derivative: Array
 
+    @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
         compression = density / self.reference_density
         return self.bulk_modulus / self.derivative * (compression**self.derivative - 1)
 
+    @with_quantities()
     def density(self, pressure: Array) -> Array:
         """Density at a pressure, in closed form."""
         base = jnp.maximum(1 + self.derivative * pressure / self.bulk_modulus, 1e-3)  # tension beyond it has no density
@@ -127,10 +135,12 @@ class ModifiedPolytrope:
     coefficient: Array
     exponent: Array = 1.0
 
+    @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density of at least rho_0; infinite or NaN where it is incompressible."""
         return ((density - self.reference_density) / self.coefficient) ** (1 / self.exponent)
 
+    @with_quantities()
     def density(self, pressure: Array) -> Array:
         """Density at a pressure, in closed form; rho_0 below no pressure."""
         positive = pressure > 0

@@ -58,11 +58,13 @@ class Tillotson:
         """K' = 1 + 2 B/A + a + b of the cold curve at the reference state."""
         return 1 + 2 * self.quadratic / self.linear + self.a + self.b
 
+    @with_quantities(energy="J kg-1")
     def pressure_at(self, density: Array, energy: Array) -> Array:
         """Pressure at a density and an energy a mass, any regime, any shape."""
         condensed, vapour, share = self._phases(density, energy)
         return share * vapour + (1 - share) * condensed
 
+    @with_quantities(energy="J kg-1")
     def fluid_pressure_at(self, density: Array, energy: Array) -> Array:
         """The same of matter that cannot be pulled: where a phase would be in tension it exerts no pressure.
 
@@ -86,6 +88,7 @@ class Tillotson:
         share = (energy - self.incipient_vaporisation) / (self.complete_vaporisation - self.incipient_vaporisation)
         return condensed, vapour, xp.where(eta < 1, xp.clip(share, 0.0, 1.0), 0.0)
 
+    @with_quantities()
     def energy(self, density: Array) -> Array:
         """The energy of the cold curve, dE/d rho = P(rho, E)/rho^2 with E = 0 at the reference density.
 
@@ -107,10 +110,12 @@ class Tillotson:
         energy, _ = jax.lax.scan(better, jnp.zeros_like(rho), length=_PICARD)
         return slope(energy) @ to_end
 
+    @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure of the cold curve."""
         return self.pressure_at(density, self.energy(density))
 
+    @with_quantities()
     def density(self, pressure: Array) -> Array:
         """Density at a pressure on the cold curve, by Newton's method."""
         from astroinertia.matter.planetary import inverted  # with JAX

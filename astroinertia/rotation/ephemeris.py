@@ -18,6 +18,7 @@ import numpy as np
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.tensor import namespace
+from astroinertia.process.quantities import with_quantities
 from astroinertia.units import CodeUnits
 
 Array = Any
@@ -59,11 +60,13 @@ class Ephemeris:
     error: Array
     names: tuple[str, ...] = field(metadata={"static": True})
 
+    @with_quantities()
     def position(self, time: Array) -> Array:
         """Positions (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
         place, coefficients, _ = self._located(time)
         return namespace(place).einsum("...k,...kni->...ni", _chebyshev(place)[0], coefficients)
 
+    @with_quantities()
     def velocity(self, time: Array) -> Array:
         """Velocities (..., N, 3) relative to the body at times (...,); NaN outside the time that is covered."""
         place, coefficients, half_length = self._located(time)
@@ -102,6 +105,7 @@ def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Epheme
     return _of_bodies(bodies, start, end, start + fit.middle, fit.half_length, fit.coefficients, fit.error)
 
 
+@with_quantities(start="s", end="s")
 def ephemeris_of(
     states: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: float, end: float,
     masses: Mapping[str, float], tolerance: float = _TOLERANCE_ARCHIVE,

@@ -19,7 +19,7 @@ class TwoComponents(NamedTuple):
     superfluid: np.ndarray
 
 
-@with_quantities()
+@with_quantities(lag_lost="rad/s")
 def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Array) -> Array:
     """Delta Omega/Omega of the crust when the superfluid, a share of the whole moment, gives up some of its lag.
 
@@ -105,7 +105,7 @@ def glitch_activity(relative_jumps: Array, time_span: float) -> float:
     return float(np.sum(np.asarray(relative_jumps, dtype=float)) / time_span)
 
 
-@with_quantities()
+@with_quantities(activity="s-1")
 def least_superfluid_share(activity: Array, characteristic_age: Array) -> Array:
     """I_s/I_c that the reservoir of the glitches must have at least: G = 2 tau_c A, tau_c = P/(2 P').
 

@@ -217,7 +217,7 @@ def braking_index(period: Array, period_derivative: Array, period_second_derivat
     return 2 - positive_period(period) * period_second_derivative / np.asarray(period_derivative) ** 2
 
 
-@with_quantities()
+@with_quantities(first_derivative="s-2", second_derivative="s-3")
 def frequency_braking_index(frequency: Array, first_derivative: Array, second_derivative: Array) -> Array:
     """n = nu nu''/nu'^2.
 
@@ -227,7 +227,7 @@ def frequency_braking_index(frequency: Array, first_derivative: Array, second_de
     return np.asarray(frequency, dtype=float) * second_derivative / np.asarray(first_derivative) ** 2
 
 
-@with_quantities()
+@with_quantities(first_derivative="s-2", third_derivative="s-4")
 def second_braking_index(frequency: Array, first_derivative: Array, third_derivative: Array) -> Array:
     """m = nu^2 nu'''/nu'^3, which is n (2 n - 1) where n is constant. Source: Kaspi et al. 1994, ApJ 422, L83.
 

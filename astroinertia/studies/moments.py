@@ -3,7 +3,9 @@
 Tests: tests/unit/studies/test_moments.py.
 """
 
-from collections.abc import Sequence
+import functools
+import inspect
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,12 +19,12 @@ from astroinertia.inertia.body import Body
 from astroinertia.inertia.gravity_field import GravityField, mesh_field, particle_field
 from astroinertia.inertia.mesh import FORMATS, mesh_body, read_mesh
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_frame, principal_gap, undefined_axes
-from astroinertia.process.quantities import with_quantities
+from astroinertia.process.quantities import InputError, with_quantities
 from astroinertia.sph.table import MAX_PARTICLES, SI, read_table
 from astroinertia.sph.table_netcdf import fill_value
 from astroinertia.storage.columns import check_there
 from astroinertia.storage.hdf5_structure import is_hdf5
-from astroinertia.units import quantity
+from astroinertia.units import in_si, quantity, with_unit
 
 PLAIN = ("1", "1")
 SAME_VOLUME = "radius of the sphere of the same volume"
@@ -50,9 +52,27 @@ class Matter:
     file_length: float = 1.0  # the file's unit of length, in that of this record
 
 
-@with_quantities()
+def _in_its_units(function: Callable) -> Callable:
+    """What a function takes besides a Matter, as numbers in its units: SI, or plain ones where those are not known."""
+    names = tuple(inspect.signature(function).parameters)
+    called_in_si = with_quantities(about="m")(function)
+
+    @functools.wraps(called_in_si)
+    def called(*args: Any, **options: Any) -> Any:
+        given = dict(zip(names, args, strict=False)) | options
+        matter = given.get("matter")
+        if isinstance(matter, Matter) and matter.units == PLAIN:
+            for name in {"about", "radius", "origin"} & given.keys():
+                values = given[name] if isinstance(given[name], list | tuple) else [given[name]]
+                if any(isinstance(value, str) or with_unit(value) is not None for value in values):
+                    raise InputError(f"{name} must have no unit, for that of {matter.text} is not known.")
+        return called_in_si(*args, **options)
+
+    return called
+
+
 def read_matter(
-    path: str | Path, units: tuple[str, str] = PLAIN, snapshot: int | None = None, density: float | None = None
+    path: str | Path, units: tuple[str, str] = PLAIN, snapshot: int | None = None, density: Any = None
 ) -> Matter:
     """The matter of a particle table (.csv, .npz, .nc, .h5, .hdf5, a dump of Phantom), a closed mesh (.stl, .obj, .ply,
     .off) or a run.
@@ -60,7 +80,7 @@ def read_matter(
     units: of mass and length in the file, such as ("Msun", "Rsun"); the result is then in SI. A run knows its own, as
     do most snapshots of GADGET, SWIFT and Phantom.
     snapshot: which one of a run, from 0, or from the end if negative; the last where none is given. density: of the
-    inside of a mesh, 1 where none is given, in the units of the file.
+    inside of a mesh, 1 where none is given, in the units of the file, or a quantity where these are given.
     SceneError or ArchiveError for a file that is not such, and for units that are none.
 
     >>> print(f"{read_matter('runs/star').body.mass / 1.98841e30:.3f}")  # solar masses, of the last snapshot
@@ -68,7 +88,7 @@ def read_matter(
     """
     path = Path(path)
     if path.suffix.lower() in FORMATS and snapshot is None:
-        return _mesh(path, units, 1.0 if density is None else density)
+        return _mesh(path, units, 1.0 if density is None else _in_file(density, units))
     if density is not None:
         raise SceneError(f"{path} is not a mesh, so its density is not to be given")
     if path.is_dir() or (path.is_file() and path.suffix.lower() == ".nc" and is_hdf5(path)):
@@ -85,7 +105,7 @@ def read_matter(
     return replace(matter, units=("kg", "m")) if table.units == SI else matter
 
 
-@with_quantities()
+@_in_its_units
 def moments(
     matter: Matter,
     about: Sequence[float] | None = None,
@@ -181,7 +201,7 @@ def moments(
     )
 
 
-@with_quantities()
+@_in_its_units
 def gravity_field(matter: Matter, degree: int, radius: float | None = None, origin: Any = None) -> GravityField:
     """The gravity field of the particles, or of the inside of the mesh, about the centre of mass or an origin (3,).
 
@@ -259,6 +279,21 @@ def _of_a_snapshot(one: xr.Dataset) -> tuple[np.ndarray, np.ndarray, xr.DataArra
     if not all((np.isfinite(array) & (array != fill_value(array.dtype))).all() for array in (mass, position)):
         raise ValueError("masses or positions were never written, or are not finite")
     return mass, position, time
+
+
+def _in_file(density: Any, units: tuple[str, str]) -> float:
+    """A density in the units of a file: a number as it is, or one with a unit of its own."""
+    try:
+        own = with_unit(density)
+        if own is None and not isinstance(density, str | bool):
+            return float(density)
+        if units == PLAIN:
+            raise SceneError("must be a plain number where the units of the mesh are not given.")
+        in_this_record = quantity(density, "density") if own is None else float(in_si(own, "density"))
+    except (SceneError, TypeError, ValueError) as error:
+        raise InputError(f"density: {error}") from None
+    mass_unit, length_unit = _sizes(units)
+    return in_this_record * length_unit**3 / mass_unit
 
 
 def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:

@@ -75,7 +75,7 @@ def pulsar_history(
     return _along("time", times, "s", "time from now on", columns, "a pulsar that brakes")
 
 
-@with_quantities(end="s")
+@with_quantities(end="s", effective_temperature="K")
 def contraction_history(
     mass: Quantity = "1.898e27 kg",
     radius: Quantity = "140000 km",

@@ -4,6 +4,7 @@ import ast
 import importlib
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -14,24 +15,32 @@ import xarray as xr
 from astropy import constants, units as u
 from astropy.units import imperial
 
-from astroinertia.bodies import darwin, jacobi, maclaurin, neutron_stars, riemann, roche
+from astroinertia.bodies import darwin, giant_planets, jacobi, maclaurin, neutron_stars, riemann, roche
+from astroinertia.bodies.break_up import polytropic_limit
+from astroinertia.bodies.cold_spheroid import ColdSpheroid
 from astroinertia.bodies.earth import prem
+from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.homologous_core import HomologousCore
 from astroinertia.bodies.moment_ratios import volumetric_radius
 from astroinertia.bodies.neutron_star_fits import kepler_period
-from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.inertia import shapes, tensor
 from astroinertia.inertia.body import Body
+from astroinertia.inertia.jointed import Limb
 from astroinertia.inertia.prescribed import change
 from astroinertia.inertia.rolling import flywheel_energy
-from astroinertia.matter import planetary, rheology
+from astroinertia.inertia.target import target_energy_gradient
+from astroinertia.matter import planetary, rheology, tillotson
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.compact_stars import geometric_density, read2009
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
 from astroinertia.rotation.braking import Braking
 from astroinertia.rotation.contraction import contracted_period
+from astroinertia.rotation.ephemeris import ephemeris_of
+from astroinertia.rotation.glitches import glitch_size, least_superfluid_share
+from astroinertia.rotation.pulsars import frequency_braking_index
 from astroinertia.rotation.spin_orbit import capture_probability
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
@@ -39,7 +48,8 @@ from tests.unit import test_examples as examples
 ROOMS = ["inertia", "rotation", "studies", *(room for room in examples.ROOMS if room.startswith("bodies"))]
 # In units with G = c = Msun = 1, where a mass is no mass in kg: their functions of masses say so themselves.
 GEOMETRIC = ("bodies.neutron_stars.", "bodies.neutron_star_fits.", "bodies.slow_rotation.")
-BY_ITSELF = ("studies.own_precession.",)  # reads text and quantities, with sentences of its own
+# These read text and quantities with sentences of their own.
+BY_ITSELF = ("studies.own_precession.", "studies.moments.read_matter")
 
 
 def functions() -> dict[str, Callable[..., Any]]:
@@ -87,7 +97,7 @@ def test_no_argument_of_any_of_them_loses_its_unit(room: str) -> None:
         if not name.startswith(f"{room}.") or not decorated(function):
             continue
         for argument, parameter in inspect.signature(function).parameters.items():
-            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD) or "temperature" in argument:
                 continue
             for wrong in (3.0 * u.K, [3.0 * u.K, 4.0 * u.K], np.ones(3) * u.K):
                 with pytest.raises(InputError, match=rf"^{argument}: must be [^\n]*\.$"):
@@ -307,11 +317,25 @@ def test_a_star_that_is_sought_by_its_spin_has_it_in_si() -> None:
     assert found.flattening == pytest.approx(0.12782, abs=1e-4)
 
 
+def circle(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (T, 1, 3) on a circle."""
+    angle = 1e-4 * times
+    place = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], -1)[:, None]
+    return place, 1e-4 * np.cross([0.0, 0.0, 1.0], place)
+
+
 HALF = 0.5 * u.R_sun
 LENGTH = HALF.to_value("m")
 STAR = Polytrope(1.5, MASS, RADIUS)
 EARTH = prem()
 BRAKING = Braking(188.0, -2.4e-9, (2.51,), (1.0,))
+CIRCLE = ephemeris_of(circle, 0.0, 2 * u.hour, {"moon": 0.01})
+
+
+def turned_about(point: Any) -> Any:
+    return Body(1.0, np.ones(3), np.eye(3)).rotated([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], point).centre
+
+
 METHODS: dict[str, tuple[Callable[..., Any], Any, Any]] = {
     "Polytrope.density": (STAR.density, HALF, LENGTH),
     "Polytrope.enclosed_mass": (STAR.enclosed_mass, HALF, LENGTH),
@@ -324,6 +348,27 @@ METHODS: dict[str, tuple[Callable[..., Any], Any, Any]] = {
     "geometric_density": (geometric_density, 1e15 * u.g / u.cm**3, 1e18),
     "volumetric_radius": (partial(volumetric_radius, 1e3, 1e3), 1 * u.km, 1e3),
     "flywheel_energy": (partial(flywheel_energy, shapes.disc(1.0, 1.0)), 30 * u.cycle / u.min, np.pi),
+    "Vinet.density": (planetary.IRON_HCP.density, 300 * u.GPa, 3e11),
+    "Murnaghan.density": (planetary.Murnaghan(1e3, 1e10, 4.0).density, 1 * u.GPa, 1e9),
+    "BirchMurnaghan.pressure": (planetary.FORSTERITE.pressure, 4 * u.g / u.cm**3, 4e3),
+    "Tillotson.pressure": (tillotson.GRANITE.pressure, 3 * u.g / u.cm**3, 3e3),
+    "Ephemeris.position": (CIRCLE.position, [1.0] * u.hour, np.array([3600.0])),
+    "Ephemeris.velocity": (CIRCLE.velocity, [1.0] * u.hour, np.array([3600.0])),
+    "Change.factor": (change([0.0, 7200.0], [1.0, 0.5]).factor, 1 * u.hour, 3600.0),
+    "Change.derivatives": (change([0.0, 7200.0], [1.0, 0.5]).derivatives, 1 * u.hour, 3600.0),
+    "Body.rotated": (turned_about, [1, 0, 0] * u.km, [1e3, 0, 0]),
+    "glitch_size": (partial(glitch_size, 0.01, angular_velocity=70.0), 1 * u.deg / u.s, np.pi / 180),
+    "least_superfluid_share": (partial(least_superfluid_share, characteristic_age=1e12), 2e-7 / u.day, 2e-7 / 86400),
+    "frequency_braking_index": (
+        partial(frequency_braking_index, 30.0, second_derivative=1e-20),
+        -0.02 * u.Hz / u.yr,
+        -0.02 / 31557600.0,
+    ),
+    "target_energy_gradient": (
+        lambda target: target_energy_gradient(np.ones(3), np.eye(3), target, 1.0),
+        np.eye(3) * u.g * u.m**2,
+        1e-3 * np.eye(3),
+    ),
 }
 
 
@@ -412,8 +457,34 @@ def test_bodies_and_materials_made_of_quantities_have_their_numbers() -> None:
     assert (ball + Body(0.001, np.zeros(3), np.zeros((3, 3)))).centre[2] == pytest.approx(0.01 * 2 / 3)
     core = HomologousCore(0.5, mass=1.4 * u.Msun, radius=1500 * u.km)
     assert core.gravitational_constant == GRAVITATIONAL_CONSTANT and core.radius == 1.5e6
+    limb = Limb(ball, joint=[0, 0, 30] * u.cm)
+    assert limb.joint[2] == pytest.approx(0.3)
+    sphere = HomogeneousEllipsoid(1.0, 1.0, 0.0, 1 * u.M_earth, 6371 * u.km)
+    assert sphere.gravitational_energy == pytest.approx(-2.24e32, rel=1e-2)
+    assert ColdSpheroid(1 * u.pc, 0.5 * u.pc, 0.0, 1 * u.Msun).free_fall_time == pytest.approx(3.70e14, rel=1e-2)
+    jupiter = giant_planets.measured_field("Jupiter")
+    assert replace(jupiter, equatorial_radius=jupiter.equatorial_radius / 1e3 * u.km).rotation_parameter == (
+        pytest.approx(jupiter.rotation_parameter)
+    )
     dense = neutron_stars.star(read2009("SLy"), central_rest_density=1e15 * u.g / u.cm**3)
-    assert dense.mass == neutron_stars.star(read2009("SLy"), central_rest_density=geometric_density(1e18)).mass
+    central = geometric_density(1e18)
+    assert dense.mass == neutron_stars.star(read2009("SLy"), central_rest_density=central).mass
+    for number in (np.array(central), xr.DataArray(central)):  # in geometric units, whatever holds it
+        assert dense.mass == neutron_stars.star(read2009("SLy"), central_rest_density=number).mass
+
+
+def test_masses_in_single_precision_have_moments_in_si() -> None:
+    """A solar mass times the square of a solar radius is beyond float32."""
+    mass, places = np.ones(4, "f4") * u.Msun, np.eye(4, 3, dtype="f4") * u.Rsun
+    found = tensor.inertia_tensor(mass, places)
+    assert np.isfinite(found).all()
+    np.testing.assert_allclose(found, tensor.inertia_tensor(mass.astype(float), places.astype(float)), rtol=1e-6)
+    assert sample(1.0, years=np.float32(1e30) * u.Gyr)[2] == pytest.approx(1e39, rel=1e-6)
+
+
+@pytest.mark.parametrize("call", [lane_emden, polytropic_limit])
+def test_an_index_in_an_array_of_one_is_a_number(call: Any) -> None:
+    assert call(np.array(1.5)) is call(1.5)
 
 
 def test_radii_until_which_something_holds_are_lengths_and_rates_over_the_mean_motion_numbers() -> None:

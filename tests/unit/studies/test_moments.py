@@ -5,13 +5,15 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from astropy import units as u
 
 from astroinertia import dataset
 from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.inertia.mesh import icosphere
+from astroinertia.process.quantities import InputError
 from astroinertia.storage.archive import Archive
-from astroinertia.studies.moments import moments, read_matter
+from astroinertia.studies.moments import gravity_field, moments, read_matter
 from astroinertia.units import SOLAR_MASS, SOLAR_RADIUS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.rigid_body import RIGID, rigid_run
@@ -95,6 +97,27 @@ def test_a_mesh_of_a_sphere_has_the_ratio_of_a_homogeneous_sphere(tmp_path):
     assert float(found["mass"]) == pytest.approx(4 / 3 * np.pi * 100**3 * 1e12, rel=4e-3)
     assert float(found["reference_radius"]) == pytest.approx(1e5, rel=2e-3)
     assert found.attrs["radius_convention"] == "radius of the sphere of the same volume"
+
+
+def test_quantities_are_in_the_units_of_the_file_and_refused_where_it_has_none(tmp_path, box):
+    path = write_mesh(tmp_path / "ball.obj", *icosphere(2))
+    for dense in (2 * u.g / u.cm**3, "2000 kg/m3", 2.0):
+        assert read_matter(path, ("g", "cm"), density=dense).body.mass == pytest.approx(8.0940893e-3, rel=1e-6)
+    with pytest.raises(InputError, match=r"^density: must be a plain number where the units of the mesh are not given"):
+        read_matter(path, density="2 g/cm3")
+    with pytest.raises(InputError, match=r"^density: must be a density, not 2 km"):
+        read_matter(path, ("g", "cm"), density=2 * u.km)
+    plain, known = read_matter(box), read_matter(box, ("kg", "m"))
+    for asked in ({"radius": 500 * u.cm}, {"about": [1 * u.m, 0, 0]}, {"about": [100, 0, 0] * u.cm}):
+        with pytest.raises(
+            InputError, match=rf"^{next(iter(asked))} must have no unit, for that of 8 particles is not"
+        ):
+            moments(plain, **asked)
+        same = {name: [1.0, 0.0, 0.0] if name == "about" else 5.0 for name in asked}
+        xr.testing.assert_allclose(moments(known, **asked), moments(known, **same))
+    with pytest.raises(InputError, match=r"^radius must have no unit"):
+        gravity_field(plain, 2, radius="5 cm")
+    assert gravity_field(known, 2, radius="500 cm").radius == 5.0
 
 
 @pytest.mark.slow
