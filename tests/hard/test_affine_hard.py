@@ -88,6 +88,7 @@ def test_a_weak_tide_only_raises_a_bulge():
     assert 0.0 <= semi_axes(body)[0] - 1.0 < 2.1 * 2.5 * 20.0**-3
 
 
+@pytest.mark.full
 def test_needles_and_discs_of_axis_ratios_to_a_million():
     for axes, spin, until in (([1.0, 1e-6, 1e-6], 1e3, 2e-4), ([1e3, 1e3, 1e-3], 1e-2, 1e3)):
         tilted = spin * (SPIN + np.array([[0.0, 0.0, 0.3], [0.0, 0.0, 0.0], [-0.3, 0.0, 0.0]]))

@@ -15,6 +15,7 @@ from astroinertia.matter.barotropes import CondensedLaw, Incompressible, Polytro
 UNIFORM = 3 / (4 * math.pi)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("index", [0.02, 0.1, 0.3, 1.0, 2.5, 3.0, 4.0, 4.8, 4.95])
 def test_without_rotation_a_polytrope_is_the_sphere_of_lane_and_emden(index):
     figure = figure_of_polytrope(index, rotation_parameter=0.0)
@@ -93,6 +94,7 @@ def test_an_envelope_of_nothing_changes_nothing():
     assert wrapped.zonal_harmonics[0] * ratio == pytest.approx(bare.zonal_harmonics[0], rel=1e-8)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("thickness", [1e-2, 1e-4, 1e-7])
 def test_a_thin_crust_tends_to_no_crust(thickness):
     """The same crust, once as a layer, once melted into the body: a relative change of the order of its thickness."""

@@ -41,6 +41,7 @@ def test_extreme_bodies_and_spins_to_a_million_periods(body, spin):
     assert_as_exact(moments, rates, period * np.array([-3.3, 0.7, 4321.0, 1e6 + 0.3]))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("offset", [1e-2, 1e-8, 1e-15, -1e-15, -1e-8])
 @pytest.mark.parametrize("body", [[1.0, 1.5, 3.0], [1.0, 1.5, 1e6], [1e-6, 1.0, 1.0 + 1e-6]])
 def test_next_to_the_separatrix(body, offset):
@@ -51,6 +52,7 @@ def test_next_to_the_separatrix(body, offset):
     assert_as_exact(body, spin, period * np.array([-0.3, 0.26, 2.1, 1000.4]))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [1e-8, 1e-30, 1e-100, 1e-150])
 def test_flips_from_next_to_the_intermediate_axis(size):
     moments, spin = [1.0, 2.0, 3.0], [size, 1.0, size]

@@ -85,6 +85,7 @@ def test_errors_that_reach_beyond_what_exists_are_counted_not_hidden():
     assert venus.core_radius_low < venus.core_radius < venus.core_radius_high < body("Venus").mean_radius
 
 
+@pytest.mark.full
 def test_a_hundred_thousand_models_with_their_love_numbers_take_seconds():
     values = {"core_density": np.linspace(5000, 9000, 400), "moment_ratio": np.linspace(0.33, 0.41, 250)}
     begin = time.perf_counter()
@@ -101,6 +102,7 @@ def test_a_hundred_thousand_models_with_their_love_numbers_take_seconds():
     )
 
 
+@pytest.mark.full
 def test_two_separate_peaks_are_not_taken_for_a_posterior():
     """Chains that each sit on one of two peaks look settled; only their disagreement tells."""
     pytest.importorskip("emcee")

@@ -36,6 +36,7 @@ def test_without_rotation_the_figure_is_exactly_the_sphere():
     assert slope == 0  # flattening is even in the rate
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("degree", [2, 5, 8])
 @pytest.mark.parametrize("core", [0.0, 1e-9, 1e-3, 0.5, 1 - 1e-9, 1.0])
 @pytest.mark.parametrize("density", [5.0, 0.2, 1.0])
@@ -73,6 +74,7 @@ def test_radau_darwin_fails_for_a_point_core_and_says_by_how_much():
     assert radau_darwin_error(body) == pytest.approx(2 / 15, rel=1e-6)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("degree", [2, 8])
 def test_small_dense_cores_under_a_changing_mantle(degree):
     """No exact value, but a body to which only a tiny core is added must keep its Love number."""
@@ -101,6 +103,7 @@ def test_an_empty_core_is_refused():
         constant_layers([0.5, 1.0], [0.0, 1.0])
 
 
+@pytest.mark.full
 def test_a_table_with_a_step_of_no_width_and_one_of_almost_none():
     radii = [0.0, 0.5, 0.5, 0.5 + 1e-13, 1.0]
     table = tabulated_layers(radii, [5.0, 5.0, 2.0, 2.0, 2.0])
@@ -109,6 +112,7 @@ def test_a_table_with_a_step_of_no_width_and_one_of_almost_none():
     assert table.moment_ratio == pytest.approx(float(exact.moment_ratio), rel=1e-13)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("share", [1e-9, 1e-11])
 def test_a_crust_of_next_to_no_mass_changes_nothing(share):
     """Cubics in r of so narrow a piece lost all digits of what it encloses."""

@@ -291,6 +291,7 @@ def test_time_and_memory_stay_bounded(name, elsewhere):
     _bounded(elsewhere, "scene.toml")
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("keys", ["a.a", "[a.a", "a = {a.a"], ids=["keys", "tables", "inline"])
 def test_the_worst_that_the_limits_let_through_stays_bounded(keys, elsewhere):
     # dotted keys cost memory with the square of their length: 64 lines of 1 KiB are the worst case

@@ -130,6 +130,7 @@ def test_stars_without_a_surface_are_refused(gamma, eta, relativistic):
         star(polytrope(1.0, gamma), central_enthalpy=eta, relativistic=relativistic)
 
 
+@pytest.mark.full
 def test_beyond_the_stable_stars():
     """Central eta of 100 to 1e6: the relativistic spiral to a finite mass and radius (Harrison et al. 1965, ch. 5)."""
     equation = polytrope(100.0, 2.0)

@@ -66,6 +66,7 @@ def test_radial_fundamental_at_four_thirds(index):
     assert radial_modes(index, 1.1, 1)[0].squared_frequency < -0.1
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("index", "degree"), [(0.3, 2), (1.5, 3), (3.0, 2)])
 def test_almost_neutral_stratification(index, degree):
     """g modes of omega^2 proportional to the stratification, to all digits, of its sign, down to 1e-8 of the f mode."""
@@ -86,6 +87,7 @@ def test_almost_neutral_stratification(index, degree):
     assert stable_f == pytest.approx(unstable_f, rel=1e-6)
 
 
+@pytest.mark.full
 def test_many_gravity_modes_are_evenly_spaced_in_period():
     """Tassoul 1980, ApJS 43, 469: periods 2 pi^2/(sqrt(l(l + 1)) int N dr/r) apart; a label left out would show."""
     index, gamma, degree = 3.0, 5 / 3, 2
@@ -121,6 +123,7 @@ def test_what_does_not_converge_is_not_returned():
         nonradial_modes(3.0, 5 / 3, 2, gravity_modes=300)
 
 
+@pytest.mark.full
 def test_the_softest_bodies_join_the_homogeneous_one():
     for degree in (2, 5):
         kelvin = 2 * degree * (degree - 1) / (2 * degree + 1)
@@ -133,6 +136,7 @@ def test_the_softest_bodies_join_the_homogeneous_one():
         assert shift[1] / shift[2] == pytest.approx(1000, rel=0.005)
 
 
+@pytest.mark.full
 def test_extreme_interfaces():
     """A core that is nearly nothing or everything leaves the other polytrope; a density inversion keeps the virial."""
     little = composite_polytrope(1.5, 3, pressure_ratio=1 - 1e-5)

@@ -60,6 +60,7 @@ def test_branches_leave_the_spheroids_smoothly(step):
     assert 1 - step < figure.c_over_a < 1 and 1 - figure.c_over_a == pytest.approx(step / 2, rel=2 * step + 1e-6)
 
 
+@pytest.mark.full
 def test_needles_swing_like_cylinders():
     """sigma^2 = 2 pi G rho (m - 1) of a liquid cylinder for m = 2 (Chandrasekhar 1961, section 108)."""
     for ratio in (1e-3, 1e-4, 1e-6):
@@ -92,6 +93,7 @@ def test_friction_next_to_the_fork():
         assert math.copysign(1, viscous) == math.copysign(1, radiative) == math.copysign(1, step)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("ratio", [1e-6, 1e4, 1e8])
 def test_roche_bodies_of_any_mass_lose_stability_beyond_the_limit(ratio):
     limit = roche.limit(ratio)

@@ -84,6 +84,7 @@ def test_a_spin_is_reversed_through_rest(settings):
     assert attitude(run)[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-11)  # half of it one way, half the other
 
 
+@pytest.mark.full
 @both
 def test_a_wobbling_body_is_braked_through_rest_in_general(settings):
     # L goes from +x to -x while the body tumbles: nothing singular on the way, and both halves account for energy.
@@ -112,6 +113,7 @@ def test_next_to_the_separatrix_nothing_is_lost_but_the_phase(offset, settings):
         assert min(seen) < 0.0  # it flips: half a period is 67.4
 
 
+@pytest.mark.full
 @each
 def test_a_spin_is_carried_across_the_separatrix_by_blows(settings):
     run = pushed([1.0, 2.0, 3.0], [1.0, 0.3, 0.1], [0.0, 0.0, 0.0], settings, time=7.0)
@@ -137,6 +139,7 @@ def test_a_body_at_rest_stays_as_it_is(settings):
     assert_stays_as_it_is(settings)
 
 
+@pytest.mark.full
 @each
 def test_a_body_at_rest_with_effects_of_its_spin_stays_as_it_is(settings):
     brake = effect("dipole_braking", period=1.0, period_derivative=0.1, speed_of_light=1.0)
@@ -150,6 +153,7 @@ def test_a_torque_sets_a_body_at_rest_in_motion(settings):
     assert attitude(run) == pytest.approx(rotation(np.array([0.0, 0.25, 0.0])).T, abs=1e-11)
 
 
+@pytest.mark.full
 @each
 def test_a_pendulum_swings_through_the_vertical_from_next_to_it(settings):
     # Upside down but for 1e-6: it takes long, and has all of its energy when it comes down.
@@ -176,6 +180,7 @@ def test_a_runaway_torque_is_said_to_fail():
         run.advance(100.0)
 
 
+@pytest.mark.full
 def test_a_body_that_turns_too_often_for_the_adaptive_integrator_gets_advice_what_to_take(monkeypatch):
     monkeypatch.setattr(adaptive, "MOST_STEPS", 200)
     jax.clear_caches()

@@ -83,6 +83,7 @@ def test_a_fall_by_twelve_decades_keeps_its_angular_momentum():
     assert record["rotation_profile"] == pytest.approx(-1e3, rel=1e-12)
 
 
+@pytest.mark.full
 def test_a_stiff_bounce_repeats():
     # Cold below nuclear density, stiff above: the bounce is ten thousand times shorter than the fall.
     fluid = '[equation_of_state]\nkind = "hybrid"\ngamma_1 = 1.25\ngamma_2 = 3.0\nnuclear_density = 1e6\n'

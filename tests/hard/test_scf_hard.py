@@ -72,6 +72,7 @@ def test_a_star_nearly_at_rest_answers_in_proportion(flattening):
     assert 3 * second / small == pytest.approx(2 * 0.14327, rel=1e-4 + 5 * flattening)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("axis_ratio", "error"), [(0.5827241, 2e-5), (0.3032, 1e-3), (0.25, 1e-3)])
 def test_liquids_at_their_bifurcation_and_dynamical_limit(axis_ratio, error):
     exact, star = maclaurin.from_axis_ratio(axis_ratio), rotating_star(polytropic_matter(0.0), axis_ratio)
@@ -79,6 +80,7 @@ def test_liquids_at_their_bifurcation_and_dynamical_limit(axis_ratio, error):
     assert star.zonal_harmonics[0] == pytest.approx(exact.second_zonal_harmonic, rel=3 * error)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("axis_ratio", [0.2, 0.1, 0.05])
 def test_discs_of_liquid_are_right_or_refused(axis_ratio):
     exact = maclaurin.from_axis_ratio(axis_ratio)
@@ -124,6 +126,7 @@ def test_rings_that_do_not_exist_or_are_too_thin_are_refused(ratio):
         rotating_star(polytropic_matter(1.5), ratio)
 
 
+@pytest.mark.full
 def test_thin_rings_turn_as_ostrikers():
     """A thin homogeneous ring turns with Omega^2 = G M/(2 pi R^3) (ln(8R/a) - 5/4): Ostriker 1964, ApJ 140, 1067."""
     for inner in (0.5, 0.75):
@@ -133,6 +136,7 @@ def test_thin_rings_turn_as_ostrikers():
         assert 0.35 < (ring.angular_velocity**2 / thin - 1) / (half / middle) ** 2 < 0.45
 
 
+@pytest.mark.full
 def test_sequences_of_differential_rotation_reach_far_beyond_rigid_ones():
     law = RotationLaw("v_constant", 0.1)
     star = rotating_star_with("rotational_to_gravitational", 0.2, polytropic_matter(1.5), law)

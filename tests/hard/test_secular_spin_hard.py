@@ -33,6 +33,7 @@ def test_back_again_after_a_billion_years():
     np.testing.assert_allclose(back.axis[1], there.axis[0], atol=2e-8)
 
 
+@pytest.mark.full
 def test_a_billion_years_of_the_planets():
     """Earth and Mars on eight modes; the steps do not show where the motion is regular."""
     earth = obliquity_history("Earth", 1e9, samples=2001)["obliquity"]

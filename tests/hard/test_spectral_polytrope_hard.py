@@ -14,6 +14,7 @@ from astroinertia.errors import NumericalError
 ENTRIES = json.loads((Path(__file__).parents[1] / "reference" / "rotating_polytropes.json").read_text())
 
 
+@pytest.mark.full
 def test_mass_shedding_is_a_cusp_and_converges():
     """The equator has no effective gravity, and the limits of rising degree approach one value as degree^-4."""
     limits = [
@@ -40,6 +41,7 @@ def test_published_star_next_to_mass_shedding():
     assert body.polar_moment_ratio_equatorial == pytest.approx(entry["value"]["Izz_MRe2"], rel=2e-3)
 
 
+@pytest.mark.full
 def test_solved_just_below_and_refused_just_beyond():
     limit = mass_shedding()
     assert limit.rotation_parameter == pytest.approx(1.10339, abs=1e-5)
@@ -92,6 +94,7 @@ def test_slow_rotation_keeps_relative_accuracy(q):
         assert found[2] == pytest.approx(expected[2], rel=2e-2 if q < 1e-4 else 1e-4)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("q", [0.02, 0.15, 0.3])
 def test_spherical_and_spheroidal_functions_agree(q, monkeypatch):
     """The same body in Bessel functions and in functions that fit its flattening: two expansions, one answer."""

@@ -133,6 +133,7 @@ end = 30.0
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("scheme", ["global", "individual"])
 def test_a_compact_ball_and_a_point_move_as_two_points(scheme: str) -> None:
     """A cloud far smaller than its orbit, left to its companion alone: REBOUND's orbit, to the square of the step."""
@@ -172,6 +173,7 @@ def test_the_tidal_frame_is_the_inertial_one_less_its_fall() -> None:
         assert np.allclose(ends[0][name], ends[1][name], rtol=1e-8, atol=1e-8), name
 
 
+@pytest.mark.full
 def test_individual_steps_follow_the_same_orbits() -> None:
     """Two companions, one close to the star, so that particles have many rungs: as with global steps."""
     near = COMPANION.replace(f"semi_major_axis = {DISTANCE}", "semi_major_axis = 2.0")

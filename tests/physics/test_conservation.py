@@ -216,6 +216,7 @@ def met(factor: float, every: float) -> tuple[float, int]:
     return worst, body.steps
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("every", [0.031, 0.11])
 def test_it_does_so_where_steps_are_shortened_to_meet_times(every: float) -> None:
     """Times that no step divides: the same order in the steps that are taken, and no more error than without."""

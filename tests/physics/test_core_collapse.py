@@ -93,6 +93,7 @@ def without_electrons(name, zones):
     return {"time": found.time, "density": 1e3 * found.density, "fraction": found.fraction, **masses}
 
 
+@pytest.mark.full(inputs=["tests/lagrangian_core.py", "tests/reference/core_collapse.json"])
 def test_a_core_that_loses_electrons_leaves_a_smaller_inner_core_the_smaller_the_stronger_gravity():
     """Liebendoerfer's fits on 60 zones: 0.59 solar masses in relativistic gravity, 0.72 in Newton's.
 

@@ -81,6 +81,7 @@ def test_spectrum_is_that_of_the_jacobian(name):
         assert whole.real.max() == pytest.approx(found.growth_rate / math.sqrt(unit), rel=1e-9)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", ["maclaurin", "jacobi", "roche"])
 def test_viscous_changes_are_those_of_the_jacobian(name):
     body, viscosity = FIGURES[name], 1e-5
@@ -150,6 +151,7 @@ def test_equilibria_stay_put(ratio, f):
     np.testing.assert_allclose(rate[-1], body.deformation_rate(end), atol=1e-9)
 
 
+@pytest.mark.full
 def test_a_bar_grows_as_fast_as_the_spectrum_says():
     """A spheroid of e = 0.97 disturbed by 1e-7: the bar grows exponentially up to one that is far from small."""
     body = maclaurin.from_eccentricity(0.97)

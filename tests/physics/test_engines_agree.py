@@ -194,6 +194,7 @@ def test_the_particle_set_is_hard(kinds):
     assert min(heats.values()) > 1e-3 * max(heats.values()), heats
 
 
+@pytest.mark.full
 def test_smoothing_lengths_and_densities_agree(kinds):
     numba_fluid, xla_fluid = (evaluated(name, "float64", kinds).fluid for name in ("numba_cpu", "xla"))
     expected = reference(kinds)[2]

@@ -47,6 +47,7 @@ def test_jupiter():
     assert 3 < earth_masses < 12
 
 
+@pytest.mark.full
 def test_saturn():
     """Published: C/(M a^2) = 0.2181 +- 0.0002; J6 to J10 of models in rigid rotation (Iess et al. 2019, table 2)."""
     planet = fitted(SATURN)
@@ -60,6 +61,7 @@ def test_saturn():
     assert 8 < earth_masses < 20
 
 
+@pytest.mark.full
 def test_the_size_of_the_core_is_left_open_and_hardly_matters():
     models = [fitted(JUPITER), giant_planet(JUPITER, core_fraction=0.4)]
     ratios = [planet.figure.polar_moment_ratio_equatorial for planet in models]

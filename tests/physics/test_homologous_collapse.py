@@ -65,6 +65,7 @@ def test_other_rates_and_starts_are_followed_as_well(settings, bar):
     assert abs(density) < 0.05
 
 
+@pytest.mark.full
 def test_unsettled_particles_do_not_follow_it():
     """The binding that smoothing takes away counts beside the 3 % of gravity that draw the body in."""
     moment, _ = collapsed(*FEW, "body.relax=false", "time.end=0.4")

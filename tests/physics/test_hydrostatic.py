@@ -49,6 +49,7 @@ def test_the_exact_compressible_planet_is_met_and_fast(murnaghan):
     assert given_radius.central_pressure == pytest.approx(float(found.central_pressure), rel=1e-12)
 
 
+@pytest.mark.full
 def test_layers_of_one_material_are_one_layer(murnaghan):
     material, radius, _, (mass, moment) = murnaghan
     found = planet_from_masses([0.1 * mass, 0.0, 0.9 * mass], [material] * 3, gravitational_constant=G)
@@ -57,6 +58,7 @@ def test_layers_of_one_material_are_one_layer(murnaghan):
     assert found.layer_radii[0] == pytest.approx(found.layer_radii[1], rel=1e-14)
 
 
+@pytest.mark.full
 def test_the_profile_becomes_a_layered_body(murnaghan):
     """Cubic pieces: mass, moment, energy and pressure of the body agree with the integration, to their fourth order."""
     material, _, _, (mass, moment) = murnaghan

@@ -122,7 +122,7 @@ def settled(count, dynamical_times, *settings):
     }
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_small_planet_rests():
     """Measured at 1000: I 0.85% below the solver's, held to 5e-5 over 24 dynamical times, with 3e-9 of the energy.
 

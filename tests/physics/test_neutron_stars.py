@@ -152,6 +152,7 @@ def test_i_love_q():
             assert fits.moment_bar_of_quadrupole(quadrupole) == pytest.approx(body.moment_bar, rel=0.0101), (name, mass)
 
 
+@pytest.mark.full
 def test_moments_of_inertia_of_the_fits():
     """Lattimer & Schutz and Breu & Rezzolla to their 3% for equations of state with maximum masses above 2 Msun."""
     for name in ("SLy", "APR4", "MPA1", "MS1"):
@@ -163,7 +164,8 @@ def test_moments_of_inertia_of_the_fits():
             assert fits.breu_rezzolla_moment_bar(body.compactness) == pytest.approx(bar, rel=0.034), name
 
 
-@pytest.mark.parametrize("every", [17, pytest.param(1, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("every", [17, 1])
 def test_every_equation_of_read_2009_has_its_stars(every):
     """Of all equations, or of two of them."""
     for name in list(read2009_table())[::every]:

@@ -76,6 +76,7 @@ def test_a_body_on_which_nothing_acts_flies_apart_at_its_own_speed(tmp_path, set
     assert found["virial_tensor"].shape[1] == 0 or not np.abs(found["virial_tensor"].values).any()
 
 
+@pytest.mark.full
 def test_regions_of_matter_whose_entropy_is_not_linear_in_heat_are_followed_by_global_steps(tmp_path):
     """A kick took the entropies of such matter for velocities."""
     found = astroinertia.open(astroinertia.run_scene(load.loads(ROCK, ["numerics.timesteps=global"]), tmp_path / "run"))

@@ -125,6 +125,7 @@ class Nonradial(Shooting):
         return x, structure, vectors
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("index", "gamma"), [(0.3, 1.6), (1.5, 5 / 3), (2.7, 1.45), (3.5, 5 / 3)])
 def test_radial_modes_by_shooting(index, gamma):
     shooting = Radial(index, gamma, 0)
@@ -166,6 +167,7 @@ def test_homogeneous_spheres(gamma, degree):
             assert modes[f"g{order + 1}"] == pytest.approx(half - root, rel=1e-11)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("index", "degree"), [(1.0, 2), (2.5, 4), (3.0, 2), (3.5, 3)])
 def test_labels_count_the_nodes(index, degree):
     """p_k and g_k have k nodes in the radial displacement, and each kind turns (xi_r, p') its own way."""

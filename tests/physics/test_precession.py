@@ -51,6 +51,7 @@ def test_the_earth():
     assert float(found["obliquity"].mean()) == pytest.approx(np.radians(84381.406 / 3600), abs=0.1 * ARCSECOND)
 
 
+@pytest.mark.full
 def test_mars():
     """Measured: C/(M a^2) = 0.36367 from the rate of Konopliv et al. 2016, as Baland et al. 2020 have it."""
     found, known = precession("Mars"), KNOWN["mars_rigid"]

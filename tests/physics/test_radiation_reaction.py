@@ -50,6 +50,7 @@ def turning_loss(state: Any, light: float) -> float:
     return 32.0 / 5.0 * light**-5 * PACE**6 * (inner[1] - inner[0]) ** 2
 
 
+@pytest.mark.full
 def test_a_turning_figure_loses_energy_and_angular_momentum_by_the_quadrupole_formula() -> None:
     """dE/dt = Omega dL/dt: the error falls with the step, of which the first four see no wave yet."""
     errors = []

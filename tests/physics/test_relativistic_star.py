@@ -65,7 +65,8 @@ def test_its_equations_have_the_volume_of_relativitys_star(mass: float, surface:
     assert of_its_equations(mass).size / true.size - 1 == pytest.approx(-size, abs=5e-4)
 
 
-@pytest.mark.parametrize("mass", [1.4, pytest.param(1.8, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("mass", [1.4, 1.8])
 def test_five_hundred_particles_have_its_density_and_size(mass: float) -> None:
     star, exact = of_particles(mass, 500), of_its_equations(mass)
     assert star.density == pytest.approx(exact.density, rel=0.04)

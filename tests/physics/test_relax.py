@@ -98,6 +98,7 @@ def test_centre_of_mass_stays_where_it_was():
     assert body.report.centre_shift < 1e-13
 
 
+@pytest.mark.full
 def test_a_drift_of_the_centre_of_mass_is_noticed(monkeypatch):
     honest = relaxation._next_move
     monkeypatch.setattr(relaxation, "_next_move", lambda *given: honest(*given) + [1e-5, 0.0, 0.0])
@@ -118,6 +119,7 @@ def test_a_neutral_body_of_the_wrong_size_is_not_accepted():
     assert "virial" not in str(caught.value)
 
 
+@pytest.mark.full
 def test_imposed_entropies_bring_a_body_of_the_wrong_size_back():
     mass, position, entropy, target = _start(3.0, 500, scale=1.3)
     body = relaxation.relax(polytrope_problem(3.0, 500), mass, position, entropy, **target)
@@ -125,6 +127,7 @@ def test_imposed_entropies_bring_a_body_of_the_wrong_size_back():
     assert moment == pytest.approx(profiles.polytrope(3.0).second_moment, rel=0.15)
 
 
+@pytest.mark.full
 def test_a_collapse_keeps_its_size_and_finds_its_pressure():
     """The gas of exponent 4/3 alone would swell or fall in; entropies that are 5 % off come to the same pressures."""
     core, profile = HomologousCore(1.0), profiles.homologous_core(1.0)
@@ -225,6 +228,7 @@ def test_rotating_equilibrium_has_the_figure_of_the_exact_one(count):
     assert np.trace(tensor) > 1.05 * still
 
 
+@pytest.mark.full
 def test_rotation_by_rate_and_by_angular_momentum_are_one_equilibrium():
     by_rate = relaxed(1.0, 200, Rotation("rate", 0.3))
     momentum = float((by_rate.mass.values @ np.cross(by_rate.position.values, by_rate.velocity.values))[2])
@@ -257,6 +261,7 @@ def test_a_relaxed_body_is_kept_and_reported(tmp_path, monkeypatch):
     assert len(files) == 2
 
 
+@pytest.mark.full
 def test_rearranging_does_not_change_whose_entropy_is_whose():
     """Entropy rises outwards in a relaxed n = 3 body exactly as it was dealt out by mass shell."""
     body = relaxed(3.0, 200)

@@ -82,6 +82,7 @@ def test_a_hundred_periods(entry, settings):
     assert np.abs(spin(run) - exact).max() / size < 10.0 * max(spread, 1e-12)
 
 
+@pytest.mark.full
 @both
 @pytest.mark.parametrize(
     ("tilt", "rates"),

@@ -81,6 +81,7 @@ def test_fluid_and_sinks_keep_mass_momentum_and_angular_momentum(timesteps: str)
     assert abs(lost) <= 1e-12 * energy
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("part", ["second_moment", "mixed_moment", "shift"])
 def test_the_ledger_does_not_close_without_a_row_of_what_sinks_took(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = accretion.removed

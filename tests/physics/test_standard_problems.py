@@ -94,6 +94,7 @@ def test_shear_layers_grow_as_they_should_where_conduction_leaves_them_alone(tes
     assert tests.measured("kelvin_helmholtz", 1000, "time.end=1.0")["amplitude"] <= 0.065
 
 
+@pytest.mark.full
 def test_a_trace_free_stress_heats_an_implosion_less(tests: Any) -> None:
     """Noh's, 1088 particles: errors of density and pressure are 0.122 and 0.151 in place of 0.290 and 0.335."""
     found = tests.measured("noh", 1000)

@@ -60,6 +60,7 @@ def momentum_change(first: dict[str, Any], last: dict[str, Any]) -> float:
     return np.linalg.norm(last["momentum"] - first["momentum"]) / np.linalg.norm(first["momentum"])
 
 
+@pytest.mark.full
 def test_a_body_reaches_a_prescribed_elongation_and_orientation() -> None:
     first, last = driven(f"axis_ratios = [2.0, 1.0, 1.4]\n{AXES}")
     ratios, axes = ratios_and_axes(last["second_moment"])
@@ -79,6 +80,7 @@ def test_a_body_reaches_prescribed_moments() -> None:
     assert momentum_change(first, last) < 1e-12
 
 
+@pytest.mark.full
 def test_the_shadow_on_a_plane_is_driven_and_nothing_across_it() -> None:
     normal = np.array([0.0, 0.6, 0.8])
     options = "axis_ratios = [3.0, 1.0, 1.0]\nfirst_axis = [0.6, 0.64, -0.48]\nsecond_axis = [0.8, -0.48, 0.36]"
@@ -107,6 +109,7 @@ def test_a_free_orientation_conserves_angular_momentum_and_a_given_one_does_not(
     assert momentum_change(first, last) < 1e-12
 
 
+@pytest.mark.full
 def test_energy_is_conserved_to_second_order_in_the_step() -> None:
     errors = []
     for step in (0.004, 0.002):

@@ -105,6 +105,7 @@ def made(**parts: Any) -> type:
 # What is placed
 
 
+@pytest.mark.full
 def test_moments_of_the_particles_tend_to_those_of_a_solid_torus(torus) -> None:
     """C = M (R^2 + 3/4 r^2), A = M (R^2/2 + 5/8 r^2); a particle stands for its cell, whose size falls as N^-1/3."""
     exact = np.diag([M * (R**2 / 2 + 5 / 8 * r**2)] * 2 + [M * (R**2 + 3 / 4 * r**2)])

@@ -116,12 +116,14 @@ def test_an_effect_from_python_acts_as_its_equation_says_and_goes_on_bit_for_bit
 
 
 # In xla beside a function: tests/unit/effects/test_by_function.py.
-@pytest.mark.parametrize("setting", [pytest.param('engine="xla"', marks=pytest.mark.full), 'timesteps="individual"'])
+@pytest.mark.full
+@pytest.mark.parametrize("setting", ['engine="xla"', 'timesteps="individual"'])
 def test_it_acts_the_same_in_the_other_engine_and_with_individual_steps(drag, tmp_path, setting) -> None:
     scene = loads(SCENE, [f"numerics.{setting}"], effects=[drag(k=K)])
     assert_the_drag_is_exact(astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run")), 1e-4)
 
 
+@pytest.mark.full
 def test_halving_the_step_takes_a_fourth_of_the_error(drag, tmp_path) -> None:
     errors = []
     for step in (0.05, 0.025):  # outputs are met by whole numbers of them

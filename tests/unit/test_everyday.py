@@ -54,6 +54,7 @@ def test_limbs_turn_bodies(printed):
     assert numbers(lines, "cat")[1] == pytest.approx(180.0, abs=0.01)
 
 
+@pytest.mark.full
 def test_tops_sleep_and_rise(printed):
     lines = printed("tops", "--seconds", 1)
     assert numbers(lines, "0.9 of")[-1] > 30 and numbers(lines, "1.05 of")[-1] < 5

@@ -288,11 +288,12 @@ def test_an_ellipsoid_of_it_pulsates_as_its_equation_of_motion_says(logotrope, t
 # Runs
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     "setting",
     [
         "numerics.precision=float64",
-        pytest.param("numerics.engine=xla", marks=pytest.mark.full),
+        "numerics.engine=xla",
         "numerics.timesteps=individual",
     ],
 )

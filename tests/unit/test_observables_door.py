@@ -113,6 +113,7 @@ class Again(Observable):
 # What is recorded
 
 
+@pytest.mark.full
 def test_the_phase_of_a_turning_body_is_its_angle(phase, tmp_path) -> None:
     found = astroinertia.open(astroinertia.run_scene(loads(TURNING), tmp_path / "run", observables=[phase()]))
     angle = RATE * found.time.values
@@ -160,6 +161,7 @@ def test_particles_and_options_come_in_the_units_of_the_run(tmp_path) -> None:
         loads(GAS, effects=[MassWithin(-1.0)])
 
 
+@pytest.mark.full
 def test_sinks_leave_their_particles_out(tmp_path) -> None:
     file = Path(__file__).parents[2] / "sims/collapse_to_sink.toml"
     scene = astroinertia.load(file, ["body.particles=300"])

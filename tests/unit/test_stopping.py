@@ -286,6 +286,7 @@ sys.exit(main(["show", sys.argv[1]]))
 """
 
 
+@pytest.mark.full
 def test_a_signal_while_pictures_are_drawn_leaves_none_by_half(tmp_path):
     file = astroinertia.run_scene(scene(), tmp_path / "run")
     before = set(file.parent.iterdir())

@@ -132,6 +132,7 @@ def test_particles_have_the_accuracy_and_not_much_more(runs, tmp_path, accuracy)
     assert max(scene.body.particles for scene in formula.runs) <= max(found.scene.body.particles, 1000)
 
 
+@pytest.mark.full
 def test_the_number_of_particles_need_not_be_written(runs, tmp_path):
     runs(Formula())
     text = re.sub(r"^particles = .*\n", "", TOY_STAR, flags=re.MULTILINE)
@@ -163,6 +164,7 @@ def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     assert f"{found.scene.body.particles} particles" in text
 
 
+@pytest.mark.full
 def test_more_is_stated_than_was_asked_for_and_the_choice_says_why(runs, tmp_path):
     runs(Formula())
     found = choice.choose(particles(1e-2, "model='sph'"), tmp_path)
@@ -175,6 +177,7 @@ def test_more_is_stated_than_was_asked_for_and_the_choice_says_why(runs, tmp_pat
     assert again.scene.body.particles > found.scene.body.particles
 
 
+@pytest.mark.full
 def test_nothing_more_is_said_where_no_more_is_stated(real):
     found = real(TOP, (), 1e-4)
     assert found.settings.bar <= 1e-4
@@ -188,6 +191,7 @@ def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_pa
     assert formula.error(found.scene)[0] <= 1e-2
 
 
+@pytest.mark.full
 def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(runs, tmp_path):
     runs(Formula(resolution=4.0))
     found = choice.choose(load.load_file(SIMS / "cold_spheroid.toml", ("model='sph'", "accuracy=0.02")), tmp_path)
@@ -223,6 +227,7 @@ def test_more_particles_than_are_ever_chosen_are_refused_whatever_time_there_is(
     assert slow.work(slow.runs[-1]) * slow.seconds <= 30.0 and most < 6.9e5  # which take half a minute
 
 
+@pytest.mark.full
 def test_a_refusal_comes_within_a_minute_of_pilots_whatever_time_the_run_has(runs, tmp_path):
     """What is far out of an hour's reach, and out of a week's: a longer run is no reason for longer pilots."""
     for seconds, minutes in ((1e-4, 60.0), (1e-2, 1e4)):
@@ -305,6 +310,7 @@ def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, rea
     assert found.pilot_work / 1.5 < found.predicted_work < found.pilot_work * 1.5
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("accuracy", [0.1, 3e-2])
 def test_pilots_of_a_long_run_take_at_most_its_processor_time(runs, tmp_path, accuracy):
     """Few particles take several times the processor time of many for each evaluation, of which pilots have fewer."""
@@ -333,6 +339,7 @@ def test_what_first_pilots_take_is_reported_before_and_by_a_plan(runs, tmp_path)
     assert [line.value for line in lines if line.name == "pilots"] == [reported[0]]
 
 
+@pytest.mark.full
 def test_pilots_that_have_lost_their_way_are_not_believed(tmp_path):
     """Over 1600 rotations coarse ones end anywhere, and tell no error."""
     scene = load.loads(TOP, ("accuracy=1e-6", "time.end=10000.0"))

@@ -296,6 +296,7 @@ def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, 
         assert true < bar < 5.0 * max(true, 1e-14)
 
 
+@pytest.mark.full
 def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
     def run(name, *settings):
         settings = ("time.end='1 s'", "output.series_every='0.2 s'", *settings)
@@ -412,6 +413,7 @@ def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_pa
     assert BESIDE_CHOICE not in summary(data)
 
 
+@pytest.mark.full
 def test_bars_beside_the_error_that_a_choice_states_say_why_they_may_be_larger(tmp_path):
     scene = BY_NAME["dyson"].scene("body.particles=150", "time.end=0.05", BARS)
     chosen = scene.model_copy(update={"choice": {"accuracy": "0.01 of I_zz; stated 1.6e-02"}})

@@ -104,6 +104,7 @@ def test_sources_of_error_are_separated_with_their_orders(whole):
     assert particles.cost_order == pytest.approx(4.0, abs=1e-6)
 
 
+@pytest.mark.full
 def test_another_source_limits_where_it_is_the_larger(formula, tmp_path):
     formula.timestep = 0.2
     judged, found = sources(study(tmp_path))
@@ -143,6 +144,7 @@ def test_what_was_run_is_not_run_again(formula, tmp_path):
     assert len(formula.runs) == 2 * count  # another scene in the same folder is another matter
 
 
+@pytest.mark.full
 def test_an_interruption_keeps_what_is_done_and_goes_on(formula, tmp_path):
     formula.stop_after = 4
     stopped = study(tmp_path)
@@ -201,6 +203,7 @@ def test_the_file_explains_itself_and_is_drawn(whole):
     assert any(np.allclose(np.sort(xy[:, 0]), np.sort(data["cpu_time"].values[front])) for xy in drawn)
 
 
+@pytest.mark.full
 def test_without_an_exact_answer_the_finest_runs_are_extrapolated(formula, tmp_path):
     text = SCENE.replace("entropy = 0.46", "specific_internal_energy = 0.4")  # not isentropic: no exact solution
     judged, found = sources(study(tmp_path, text=text))
@@ -225,6 +228,7 @@ def command(folder, *more):
     return main(["tradeoff", str(folder / "scene.toml"), *knobs, *options, *more])
 
 
+@pytest.mark.full
 def test_the_command_prints_what_is_worth_its_cost_and_draws_it(formula, tmp_path, capsys):
     assert command(tmp_path) == 0
     printed = capsys.readouterr().out

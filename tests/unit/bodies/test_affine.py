@@ -73,7 +73,7 @@ def test_force_is_the_gradient_of_the_energy():
         np.testing.assert_allclose(deformation @ force.T, tensor, rtol=1e-13, atol=1e-15)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_second_derivatives_of_a_sphere():
     with jax.enable_x64(True):
         second = jax.jacfwd(affine.gravity_force)(jnp.eye(3), -1.0)
@@ -85,7 +85,7 @@ def test_second_derivatives_of_a_sphere():
     np.testing.assert_allclose(second, wanted, rtol=1e-13)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_pair_symbol_of_a_spheroid_is_the_derivative():
     # dA_1/da_2 at a_1 = a_2 has the pair symbols, which differences of A would lose.
     axes = np.array([1.0, 1.0, 0.6])

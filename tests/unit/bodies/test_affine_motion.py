@@ -35,7 +35,7 @@ def test_jacobi_ellipsoid_turns_rigidly():
     np.testing.assert_allclose(acceleration, spin**2 * SPIN @ SPIN @ deformation, atol=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_derivatives_of_the_moments_of_a_jacobi_ellipsoid():
     axes, spin, deformation, rate = jacobi_ellipsoid()
 

@@ -57,6 +57,7 @@ def test_integrals_of_the_zone(index):
     assert 3 * zone.volume_work[-1] * radius / mass**2 == pytest.approx(3 / (5 - index), rel=2e-14)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("index", [0.0, *(pytest.param(n, marks=pytest.mark.slow) for n in (0.3, 1.5, 4.0))])
 def test_derivatives_by_index(index):
     """Against W = -3/(5 - n), whose derivative is exact, and against differences."""

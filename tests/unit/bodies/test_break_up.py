@@ -93,7 +93,7 @@ def test_a_polytrope_at_a_share_of_break_up_is_one_that_was_spun_up():
             polytropic_rate(index, 0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_fastest_polytropes_against_published_figures():
     # Hachisu 1986, table of rigid polytropes (n = 1.5: T/|W| 0.0595 at axis ratio 0.615), and James 1964 for n = 1:
     # Omega^2/(4 pi G rho_c at rest) rises to its end; here only what both print is held.

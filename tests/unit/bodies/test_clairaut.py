@@ -92,6 +92,7 @@ def test_a_homogeneous_body_and_shells_of_one_density(degree):
     assert love_number_from_radau(degree - 2, degree) == pytest.approx(exact, rel=1e-15)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("degree", [2, 6])
 def test_collocation_agrees_with_radaus_equation(degree):
     """An adaptive integration of eta, which knows neither potentials nor jumps."""
@@ -109,7 +110,7 @@ def test_collocation_agrees_with_radaus_equation(degree):
     assert radau_variable(body, degree) == pytest.approx(eta, abs=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_more_steps_converge_with_the_order_of_gauss():
     body = linear_layers([1.0], [1.0], [0.0])
     exact = love_number(body, 8, 40)
@@ -118,7 +119,7 @@ def test_more_steps_converge_with_the_order_of_gauss():
     assert math.log(errors[0] / errors[1]) / math.log(2) > 10  # 8 nodes: order 16 in the end
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("degree", SOME)
 def test_constant_layers_are_exact_by_either_way(degree):
     radii, densities = [0.1, 0.4, 0.9, 1.0], [9.0, 3.0, 5.0, 1.0]
@@ -127,7 +128,7 @@ def test_constant_layers_are_exact_by_either_way(degree):
     assert love_number(by_matrix, degree) == pytest.approx(love_number(by_collocation, degree, 1), rel=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_fine_table_tends_to_the_smooth_body():
     x = np.linspace(0, 1, 401)
     exact = love_number(polytrope_of_index_one())

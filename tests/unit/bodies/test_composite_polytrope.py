@@ -67,6 +67,7 @@ def test_five_one_bipolytrope():
     np.testing.assert_allclose(body.density(r), body.central_density * exact, rtol=0, atol=2e-9 * body.central_density)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("indices", "ratio"), [((3, 1.5), 1.0), ((1.5, 3), 0.6), ((0.5, 0), 0.8), ((10, 4.5), 0.9)])
 def test_virial_theorem(indices, ratio):
     body = composite_polytrope(*indices, pressure_ratio=0.2, weight_ratio=ratio, mass=2.0, radius=3.0,
@@ -84,7 +85,7 @@ def test_virial_theorem(indices, ratio):
     np.testing.assert_allclose(-slope, weight, rtol=1e-4, atol=1e-4 * weight.max())
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_interfaces_by_radius_mass_and_pressure_agree():
     one = composite_polytrope(3, 1.5, mass_fraction=0.4, weight_ratio=0.9)
     two = composite_polytrope(3, 1.5, radius_fraction=one.core_radius_fraction, weight_ratio=0.9)

@@ -26,6 +26,7 @@ def test_bifurcation_is_found_from_both_growth_rates():
         assert secular_onset(maclaurin.from_eccentricity, 0.7, 0.94, **friction) == pytest.approx(FORK, abs=3e-15)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("ratio", [0.0, 0.01, 1.0, 100.0])
 def test_roche_limit_is_where_viscosity_makes_circulation_run_away(ratio):
     limit = roche.limit(ratio)

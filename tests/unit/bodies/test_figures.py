@@ -72,6 +72,7 @@ def test_jupiters_polytrope_of_wisdom_and_hubbard():
     assert figure.zonal_harmonics[0] == pytest.approx(entry["value"]["2"], rel=1e-12)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("q", "harmonics"), [(0.05, 4), (0.155, 5), (0.25, 6), (0.25, 10), (0.35, 8)])
 def test_the_truncation_estimates_the_error(q, harmonics):
     exact = rotating_polytrope(q)
@@ -80,6 +81,7 @@ def test_the_truncation_estimates_the_error(q, harmonics):
     assert abs(figure.zonal_harmonics[0] / exact.zonal_harmonics[0] - 1) < 0.2 * figure.truncation
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("q", [0.02, 0.12, 0.27])
 def test_the_bessel_series_agrees(q):
     exact, figure = rotating_polytrope(q), figure_of_polytrope(1.0, rotation_parameter=q)
@@ -217,6 +219,7 @@ def test_the_radius_follows_from_mass_and_laws():
     assert central == pytest.approx(law.constant, rel=1e-11)
 
 
+@pytest.mark.full
 def test_a_condensed_body_is_nearly_incompressible_when_small():
     law = CondensedLaw(lambda rho: 1e6 * (rho - 1.0), 1.0, 1.5)
     exact = figure_of_barotropes([1.0], [Incompressible(1.0)], mass=1.0, rotation_parameter=0.1)

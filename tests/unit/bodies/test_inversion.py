@@ -57,6 +57,7 @@ def test_arrays_of_numpy_have_the_bodies_of_jax_one_by_one(name):
     assert np.isfinite(batch.core_radius_ratio).sum() > 100
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", GIVEN)
 def test_errors_are_those_of_a_sample(name):
     truth = two_layers(5515.0, 0.3307, mantle_density=4400.0)
@@ -121,7 +122,7 @@ def test_a_family_of_three_layers_fits_all_along_and_contains_its_parent(name):
         three_layer_family(mean, 0.01, 1000.0, boundaries, **{name: given})
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_an_inversion_is_differentiable_through_to_the_love_number():
     with jax.enable_x64(True):
 

@@ -60,6 +60,7 @@ def test_integrals_are_those_of_the_profile(name):
         assert body.pressure(r) == pytest.approx(weight, rel=1e-10)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", GALLERY)
 def test_the_virial_theorem_holds(name):
     """3 times the volume integral of P is -W: pressure and energy come from different formulas."""
@@ -73,6 +74,7 @@ def test_the_virial_theorem_holds(name):
     assert total == pytest.approx(-float(body.gravitational_energy), rel=1e-11)
 
 
+@pytest.mark.full
 def test_the_homogeneous_sphere_and_its_outside():
     body = constant_layers([1.0, 3.0], [2.0, 2.0], 5.0)
     mass = 4 / 3 * np.pi * 2 * 27

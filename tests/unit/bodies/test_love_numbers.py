@@ -189,6 +189,7 @@ def banded(planet, quality, exponent, rate):
     return seismic, at(seismic)
 
 
+@pytest.mark.full
 def test_seismic_moon_and_mars_at_the_periods_of_their_tides():
     """What Q makes of k2 by the exponent of its band, of which 0.1 to 0.5 are published.
 
@@ -225,6 +226,7 @@ def test_fluids_have_the_love_numbers_of_clairauts_equation():
     assert love_numbers(yielding_body(two, [1e14, 0.0]), load=True).k == pytest.approx(-1)  # a fluid takes no load
 
 
+@pytest.mark.full
 def test_what_creeps_ends_as_a_fluid():
     earth = elastic_prem()
     slow = YieldingBody(earth.layers, earth.rigidity, earth.bulk_modulus, [partial(maxwell, relaxation_time=1e11)] * 12)

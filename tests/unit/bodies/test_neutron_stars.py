@@ -41,6 +41,7 @@ def test_a_star_of_a_mass():
     assert star_of_mass(constant_density(1e-3), 1.0).mass == pytest.approx(1.0, rel=1e-11)
 
 
+@pytest.mark.full
 def test_branches():
     """Newton's limits: gamma below 4/3 has no stable star, gamma above it no heaviest one."""
     with pytest.raises(ValueError, match="no stable star"):
@@ -58,6 +59,7 @@ def test_branches():
     assert star_of_mass(short, 1.4).radius == pytest.approx(star_of_mass(GAMMA_TWO, 1.4).radius, rel=1e-9)
 
 
+@pytest.mark.full
 def test_sly_has_a_least_mass():
     """The crust makes stars below 0.1 Msun unstable; the branch of neutron stars begins there."""
     sly = read2009("SLy")

@@ -113,7 +113,7 @@ def test_radial_variational_principle():
         assert mode.mass_weights @ energy == pytest.approx(mode.squared_frequency, rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("degree", [0, 3])
 def test_derivative_by_gamma(degree):
     """Hellmann-Feynman against a central difference."""

@@ -10,7 +10,7 @@ from astroinertia.bodies.roche_polytrope import roche_limit, roche_polytrope
 COARSE = {"radii": 96, "degrees": 8}
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("index", [1.0, 1.5])
 def test_small_tides_and_rotation_give_the_love_number(index: float) -> None:
     """Q_xx - Q_zz = 4/3 k2 R^5 mu to first order in mu; the next two are removed by doubling 1 - c/a twice."""
@@ -27,7 +27,7 @@ def test_the_virial_theorem_holds(index: float) -> None:
     assert roche_polytrope(index, 0.6).virial <= 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_limit_tends_to_that_of_the_homogeneous_ellipsoid() -> None:
     """mu at the limit for n = 0.5 and 0.25, extrapolated to 0, against Chandrasekhar's 0.0901 pi rho."""
     indices = np.array([0.5, 0.25])

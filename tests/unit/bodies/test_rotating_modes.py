@@ -41,6 +41,7 @@ def test_bars_of_liquids(eccentricity: float) -> None:
         assert found.pattern_speed == pytest.approx(0.0, abs=1e-4 * star.angular_velocity)
 
 
+@pytest.mark.full
 def test_more_displacements_change_less_and_less() -> None:
     """A star with the angular momentum of a liquid: the virial equations are right to 1 %, degree 2 to 3e-3."""
     star = rotating_star(polytropic_matter(0.5), 0.284, MomentumLaw())
@@ -64,7 +65,7 @@ def test_bars_grow_from_where_they_do_in_liquids_nearly() -> None:
     assert bar_mode(slower, 3.0).growth_rate == 0 < bar_mode(faster, 3.0).growth_rate
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("eccentricity", [0.7, 0.9])
 def test_viscosity_drives_bars_of_liquids(eccentricity: float) -> None:
     """As Rosenkilde's equations say of motions linear in position: the bar that becomes Jacobi's grows beyond 0.81267.

@@ -172,6 +172,7 @@ def test_a_star_may_be_asked_for_by_what_it_has(quantity, value):
     assert star.mass == 2.0
 
 
+@pytest.mark.full
 def test_a_star_may_be_asked_for_by_its_share_of_break_up_its_spin_or_its_period():
     units = {"mass": 2.0, "equatorial_radius": 3.0, "gravitational_constant": 2.0}
     matter = polytropic_matter(1.5)
@@ -199,7 +200,7 @@ def test_a_star_may_be_asked_for_by_its_share_of_break_up_its_spin_or_its_period
             rotating_star_with(name, 0.1, matter)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_star_with_more_than_its_sequence_has_is_refused():
     with pytest.raises(NumericalError, match=r"it reaches 0\.00902.*mass shedding"):
         rotating_star_with("rotational_to_gravitational", 0.02, polytropic_matter(3.0))

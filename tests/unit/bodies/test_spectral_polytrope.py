@@ -73,6 +73,7 @@ def test_slow_rotation_is_linear_response():
     np.testing.assert_allclose(fourth, sixth, rtol=2e-3)  # the next order: a change of 1.6e-3 for J_6
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("axis_ratio", [0.99, 0.7])
 def test_every_measure_of_rotation_leads_to_the_same_body(axis_ratio):
     first = rotating_polytrope(axis_ratio=axis_ratio, tolerance=1e-9)

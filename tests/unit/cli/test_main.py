@@ -168,6 +168,7 @@ def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewher
     assert printed.count("\n") == 1
 
 
+@pytest.mark.full
 def test_a_closed_pipe_is_no_error(elsewhere):
     main(["new", "star.toml"])
     command = f"{sys.executable} -m astroinertia plan star.toml | true; exit ${{PIPESTATUS[0]}}"

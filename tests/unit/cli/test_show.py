@@ -53,7 +53,7 @@ def test_two_processes_draw_the_pictures_that_one_draws(run, tmp_path, capsys, m
     assert drawn_here == SERIES
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_where_the_second_process_fails_the_first_draws_all(run, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(pictures, "FIGURES", {"spin": pictures.FIGURES["spin"]})
     monkeypatch.setattr(show, "cores", lambda: 2)

@@ -73,6 +73,7 @@ def test_what_takes_too_many_steps_has_no_end(monkeypatch):
     assert course.done(load.load_file(SIMS / "pulsar_collapse.toml")) is None
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("steps_differ")
 def test_base_steps_that_are_split_are_those_of_free_fall():
     """Half as many where the factor is twice as long, but for those of one interval, which sound limits."""
@@ -190,6 +191,7 @@ def test_kernels_of_an_envelope_reach_over_a_core_and_have_as_many_neighbours_as
     assert found[15:18].mean() > 2.0 * found[30:].mean()
 
 
+@pytest.mark.full
 def test_a_core_that_has_bounced_makes_its_steps_longer():
     """sims/pulsar_collapse.toml: from 580 to 1800 particles in lists, and from 21 to 43 ms, as was measured."""
     scene = load.load_file(SIMS / "pulsar_collapse.toml")

@@ -94,7 +94,7 @@ def test_the_wobble_period_of_three_moments_is_that_of_the_elliptic_functions(tm
     assert ds.wobble_period.values == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_gyroscope_precesses_and_nods_as_the_heavy_top(tmp_path):
     ds = ran(tmp_path, SIMS / "gyroscope.toml", "time.end=2 s", "output.series_every=4 ms")
     transverse, weight = 4e-5 + 0.1 * 0.04**2, 0.1 * 9.81 * 0.04
@@ -106,7 +106,7 @@ def test_a_gyroscope_precesses_and_nods_as_the_heavy_top(tmp_path):
     assert "mean precession rate 2.85" in text and "nutation amplitude" in text
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_fast_gyroscope_precesses_by_the_torque_over_its_spin(tmp_path):
     settings = ("body.rotation.rate=4000 rad/s", "time.end=0.5 s", "output.series_every=1 ms")
     rate = ran(tmp_path, SIMS / "gyroscope.toml", *settings).precession_rate.attrs["mean"]
@@ -127,7 +127,7 @@ def test_the_earth_precesses_and_nods_as_the_formulae_of_sun_and_moon_say(tmp_pa
     assert f"{ds.precession_rate.attrs['mean'] / ARCSECOND_PER_YEAR:.6g} arcsec/yr" in text
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_small_wobble_settles_in_the_time_that_the_scene_says(tmp_path):
     settings = (
         "body.rotation.axis=[0, 0, 1]", "body.rotation.wobble=1 deg", "time.end=350 d", "output.series_every=1 d",

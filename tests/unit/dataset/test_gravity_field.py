@@ -62,6 +62,7 @@ def test_without_a_radius_it_is_the_one_that_j2_refers_to(tree) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.full
 def test_a_homogeneous_ellipsoid_has_the_closed_form_at_each_record() -> None:
     run = course(UNIFORM + FALLS, "ellipsoid", 0.5, 1.0)
     field = run.inertia.gravity_field(degree=8)

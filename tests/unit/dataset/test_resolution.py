@@ -155,6 +155,7 @@ def test_a_body_that_is_as_cold_as_can_be_is_reported(jeans):
     assert any("raise body.particles manifold" in sentence for sentence in found)
 
 
+@pytest.mark.full
 def test_a_body_that_flies_apart_is_called_that_and_does_so_the_same_each_time(tmp_path):
     """With as much heat as a hundred times what holds it; what happens then is the same to the last bit."""
     hot = SCENE.replace("relax = false", "relax = false\nspecific_internal_energy = 100.0")

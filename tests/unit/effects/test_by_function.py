@@ -111,6 +111,7 @@ def test_drag_by_a_function_is_that_of_the_class(drag, tmp_path, setting) -> Non
     assert float(by_function.virial_mismatch.max()) < 1e-13
 
 
+@pytest.mark.full
 def test_halving_the_step_takes_a_fourth_of_the_error(tmp_path) -> None:
     errors = []
     for step in (0.05, 0.025):  # outputs are met by whole numbers of them

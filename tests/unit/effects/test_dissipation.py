@@ -119,7 +119,7 @@ def test_rigid_rotation_dissipates_nothing(options: dict[str, Any]) -> None:
     assert 0 <= found["heating"] < 1e-14 * found["kinetic"]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> None:
     """A flow that only shears turns on less than a hundredth of the constant viscosity without a limiter."""
     position = ball(500)
@@ -163,6 +163,7 @@ def test_the_isotropic_part_of_a_stress_follows_from_its_heat() -> None:
     assert isotropic_part(np, density, 9.0, 9.0, moment, expanding, heating)[0] == 0.0
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("limiter", ["reconstruction", "guarded_reconstruction"])
 def test_a_trace_free_stress_draws_together_and_cools_by_what_it_is_less(limiter: str) -> None:
     """What is kept of the whole stress's heat is what whole pairs make of the same state, and the rest is conserved."""
@@ -183,6 +184,7 @@ def test_a_trace_free_stress_draws_together_and_cools_by_what_it_is_less(limiter
     assert drawn < -0.03 * fluid.mass @ (whole["acceleration"] * position).sum(axis=1)
 
 
+@pytest.mark.full
 def test_a_trace_free_stress_cools_no_cold_matter_by_more_than_it_has() -> None:
     """Matter without warmth that is driven together gains what effects bring: no entropy is held by a limit."""
     position, random = ball(), np.random.default_rng(5)
@@ -271,6 +273,7 @@ def test_the_signal_velocity_covers_sound_approach_and_viscosity() -> None:
     assert np.allclose(found["signal"], 0.6 + 2.0 + 0.6 + 2.0 * 2.0)
 
 
+@pytest.mark.full
 def test_reconstruction_leaves_a_smooth_collapse_alone() -> None:
     """A homologous contraction is no shock: what Balsara's factor leaves in full, reconstruction all but removes."""
     position = ball(500)
@@ -346,6 +349,7 @@ def conducted(velocity: np.ndarray, position: np.ndarray, engine: Any = None, **
     return np.asarray(state.rates.fluid.sums["conduction"]["heating"])[np.argsort(state.identity)]
 
 
+@pytest.mark.full
 def test_the_shear_limiter_spares_streams_that_slide_past_each_other_and_not_what_converges() -> None:
     """Gradients are exact in linear flows: no heat is exchanged in a shear, and as much as without the limiter where
     all converges. A flow that converges as fast as it turns, d = -1 and |curl v| = 1, exchanges half of that.

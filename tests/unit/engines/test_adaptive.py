@@ -40,6 +40,7 @@ def test_a_hundred_periods_to_the_tolerance():
     assert coarse.steps < 0.5 * found.steps
 
 
+@pytest.mark.full
 def test_two_calls_go_on_as_one_problem():
     half = adaptive.advance(oscillator, 4.0, start(), 0.0, 3.0, 0.1)
     whole = adaptive.advance(oscillator, 4.0, half.state, half.time, 7.0, half.timestep)
@@ -53,6 +54,7 @@ def test_a_first_step_that_misses_the_end_by_a_rounding_takes_it():
     assert float(found.state[0]) == pytest.approx(1.02, rel=1e-15)
 
 
+@pytest.mark.full
 def test_a_condition_ends_it_with_the_step():
     found = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1, condition=below_a_tenth)
     assert bool(found.stopped) and not found.failed

@@ -105,6 +105,7 @@ def of_particles(outputs):
     return [(name, value) for name, value in outputs.items() if name != "virial"]
 
 
+@pytest.mark.full
 def test_few_particles_have_the_sums_of_many(reference, monkeypatch):
     """By programs of their own, without lists of neighbours: the same bits, of all and of some; of far pairs nearly.
 

@@ -94,7 +94,7 @@ def test_sums_and_densities_are_those_over_all_images(
     assert np.abs(mass @ sums["acceleration"]).max() <= 1e-13 * (mass * expected["acceleration scale"][:COUNT]).sum()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_particles_that_move_on_are_found_without_sorting_them_again() -> None:
     """Images follow their particles, and are made again where they no longer reach far enough; for targets alone."""
     engine, fields = box(CUBE)

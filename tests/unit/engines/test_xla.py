@@ -110,6 +110,7 @@ def test_lists_that_are_out_of_date_lose_no_pair():
     assert_close(found, pairs.pair_sums(NEIGHBOURS, fields, "quintic", scale=True), 1e-13)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("guess", [1e-3, 0.2, 30.0])
 def test_smoothing_lengths_do_not_depend_on_the_guess(guess):
     engine, position = Engine(), clustered(COUNT)
@@ -122,6 +123,7 @@ def test_smoothing_lengths_do_not_depend_on_the_guess(guess):
         assert np.max(np.abs(getattr(found, name) / getattr(expected, name) - 1.0)) < 2e-14, name
 
 
+@pytest.mark.full
 def test_light_particles_beside_heavy_ones_have_lengths():
     """Their kernels end just short of a heavy neighbour; steps that go to and fro between two lengths must end, too."""
     engine, position = Engine(), np.random.default_rng(5).normal(size=(COUNT, 3))
@@ -133,7 +135,7 @@ def test_light_particles_beside_heavy_ones_have_lengths():
     assert np.max(np.abs(content / 1.3**3 - 1.0)) < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_tolerance_is_kept():
     engine = Engine()
     arrangement, fields = body(engine)
@@ -276,6 +278,7 @@ def test_an_effect_is_named_in_the_compiled_program_where_it_is_listed_and_only_
     assert "effect:flow" not in one
 
 
+@pytest.mark.full
 def test_what_is_not_a_number_stays_so_and_the_solve_ends():
     engine = Engine()
     arrangement, fields = body(engine)
@@ -294,7 +297,7 @@ def test_single_precision_by_oversight_is_refused():
         Engine(precision="float32")  # type: ignore[arg-type]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_few_particles():
     engine = Engine()
     for count in (1, 17):

@@ -49,6 +49,7 @@ def test_moments_of_a_point_are_shifted_to_those_about_the_new_centre(order):
     np.testing.assert_allclose(found, harmonics(order, by - POINT), rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.full
 def test_a_field_converges_to_that_of_a_point_and_shifted_ones_are_the_same():
     """Errors fall as (0.54/1.49)^p here: to an eighth for two orders more."""
     distance = np.linalg.norm(BETWEEN)

@@ -94,6 +94,7 @@ def test_leaves_are_full_or_narrow_whatever_the_threads():
     assert np.all(wide[:-1] == 16)
 
 
+@pytest.mark.full
 def test_bodies_that_are_cut_a_little_differently_share_a_program():
     # Compiling a step takes 20 s: a body under way must not ask for it whenever its lists are made.
     shapes, leaves = set(), set()

@@ -337,6 +337,7 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     pyplot.close("all")
 
 
+@pytest.mark.full
 def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(tmp_path, monkeypatch, capsys):
     """With fewer records than the scene has, on which they do not depend."""
     (tmp_path / "sims").mkdir()

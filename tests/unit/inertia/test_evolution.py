@@ -19,6 +19,7 @@ def particles(seed, count=25):
     return generator.uniform(0.5, 2, count), *vectors
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("origin", [None, np.array([0.4, -2.0, 1.0])], ids=["centre of mass", "fixed point"])
 def test_rate_and_acceleration_are_the_derivatives_of_the_tensor(origin):
     import jax

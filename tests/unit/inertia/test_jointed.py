@@ -55,6 +55,7 @@ def test_relative_momentum_and_growth_of_the_tensor_are_those_of_the_points():
     np.testing.assert_allclose(moving.inertia_rate, rate, atol=1e-9)
 
 
+@pytest.mark.full
 def test_angular_momentum_in_space_is_kept():
     momentum = np.array([0.2, -0.5, 0.3])
     times = np.linspace(0.0, 2.0, 5)

@@ -163,7 +163,7 @@ def test_batches_precision_and_jax():
     agree(jax.tree.map(np.asarray, traced), mesh.mesh_body(vertices, faces, density=2.0), 1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_derivatives_by_the_vertices():
     vertices, faces = ellipsoid_mesh([1.0, 1.4, 0.6], 1)
     vertices = vertices + [0.3, -0.2, 0.5]

@@ -63,6 +63,7 @@ def test_the_axle_gives_what_the_free_body_would_not(reach):
     assert drift + 0.8 * spin == pytest.approx(0.0, abs=1e-14)
 
 
+@pytest.mark.full
 def test_periods_have_gradients():
     slope = jax.grad(lambda height: pivoted.pendulum_period(BODY, np.array([0.05, 0.0, 1.0]) * height, AXIS))(0.4)
     beside = [pivoted.pendulum_period(BODY, np.array([0.05, 0.0, 1.0]) * height, AXIS) for height in (0.399, 0.401)]

@@ -27,6 +27,7 @@ def test_it_meets_its_points_and_stays_between_them():
         assert (np.diff(piece) * (piece[-1] - piece[0]) >= -1e-15).all()
 
 
+@pytest.mark.full
 def test_its_rate_has_no_jumps_and_is_zero_at_both_ends():
     curve = change([1.0, 2.0, 4.0], [0.9, 0.5, 0.1])
 

@@ -271,7 +271,7 @@ def test_derivatives_are_finite_everywhere(diagonal, derivatives):
         assert np.isfinite(found).all()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_second_derivatives_of_the_moments():
     import jax
 

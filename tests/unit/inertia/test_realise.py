@@ -207,6 +207,7 @@ def test_layers_out_of_reach_name_the_density_that_would_be_needed():
 # Fits
 
 
+@pytest.mark.full
 def test_a_fit_by_gradients_finds_an_ellipsoid_by_its_axes_and_tilt():
     import jax
     import jax.numpy as jnp

@@ -63,6 +63,7 @@ def test_it_does_not_see_translation_and_exerts_no_net_force(options):
     assert np.linalg.norm(force.sum(0)) < 1e-13 * np.linalg.norm(force, axis=1).sum()
 
 
+@pytest.mark.full
 @given(st.floats(-6, 6), st.floats(-6, 6), st.sampled_from(list(CASES)))
 def test_it_scales_as_mass_times_length_squared(mass, length, case):
     """Over twelve decades of each; the acceleration's matrix stays as it is."""
@@ -172,7 +173,7 @@ def test_batches_spheres_and_points():
             assert np.isfinite(target.target_energy(degenerate, TARGET, STIFFNESS, **options))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("options", CASES.values(), ids=CASES)
 def test_derivatives_are_finite_for_round_bodies_and_single_precision_is_kept(options):
     for second in (np.eye(3), np.diag([1.0, 1.0, 3.0])):

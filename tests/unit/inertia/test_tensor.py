@@ -243,6 +243,7 @@ def test_coordinates_of_a_grid_are_in_one_unit():
         tensor.grid_inertia(xr.DataArray(np.ones((3, 3, 3)), grid, ("x", "y", "z")))
 
 
+@pytest.mark.full
 def test_gradients_by_the_mass_alone_are_those_of_differences():
     """With moments in numpy, which says nothing of what is traced."""
     import jax

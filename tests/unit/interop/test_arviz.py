@@ -19,6 +19,7 @@ def posterior() -> xr.Dataset:
     return infer_interior(OBSERVED, assumed, small_m=0.003, draws=60, chains=2, walkers=8, seed=3)
 
 
+@pytest.mark.full
 def test_each_walker_is_a_chain_with_its_own_draws(posterior):
     tree = arviz_tree(posterior)
     assert list(tree) == ["posterior", "sample_stats", "observed_data", "constant_data"]

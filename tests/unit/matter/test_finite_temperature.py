@@ -89,6 +89,7 @@ def test_electrons_that_leave_take_the_pressure_that_the_table_has_along_its_fra
         assert np.abs(off[1:]).max() < 3e-3
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("temperature", [0.3, 1.0, 5.0])
 def test_the_fluid_of_a_table_has_the_isentropes_of_the_matter(fluid, temperature):
     """u where the exact entropy is that of the reference density, over five decades: to 3e-5, its heat to 1e-3."""

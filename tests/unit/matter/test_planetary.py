@@ -42,6 +42,7 @@ TILLOTSON = ("granite", "basalt", "iron (Tillotson)", "ice (Tillotson)")
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in TILLOTSON else name for name in MATERIALS]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", NAMES)
 def test_modulus_and_its_derivative_at_no_pressure(name):
     """K = rho dP/d rho and K' = dK/dP: the numbers that a material was made with."""
@@ -115,7 +116,7 @@ def test_beyond_the_reach_of_an_equation_there_is_no_density():
     assert density(IRON_HCP, -1e8) == pytest.approx(8300 * np.exp(-1e8 / 156.2e9), rel=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_density_is_differentiable_by_pressure_and_parameters():
     with jax.enable_x64(True):
 

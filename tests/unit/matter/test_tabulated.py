@@ -128,7 +128,7 @@ def test_pressures_are_those_of_tillotson_and_none_is_in_tension():
         assert np.abs(cold).max() < 1e-8 * material.bulk_modulus
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_the_cold_isentrope_is_that_of_the_interiors():
     """The same curve as matter/tillotson.py integrates for planets, in compression."""
     table = tables.tabulated([of(IRON)])
@@ -138,7 +138,7 @@ def test_the_cold_isentrope_is_that_of_the_interiors():
     np.testing.assert_allclose(table.energy(np, rho, np.zeros(3)), energy, rtol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_an_isentrope_is_a_material_for_interiors():
     """Its pressure is the cold curve's of planets, down to where none is left, and its density inverts it."""
     matter = tables.tabulated([of(IRON), of(ROCK)])
@@ -209,7 +209,7 @@ def test_a_cache_can_tell_two_tables_apart():
     assert repr(tables.tabulated([one])) != repr(tables.tabulated([other]))
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_shocked_matter_is_on_the_hugoniot_of_the_equation():
     """Entropy, found from the energy of a shock into cold matter at rest, gives the pressure of the jump conditions.
 

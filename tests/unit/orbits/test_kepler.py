@@ -48,6 +48,7 @@ def test_places_are_on_the_conic_and_have_swept_the_area_of_their_time(eccentric
         np.testing.assert_allclose(time[late], TIMES[late], rtol=1e-12)
 
 
+@pytest.mark.full
 def test_the_motion_is_that_of_the_attraction() -> None:
     """The second derivative of the place by time is -x/r^3, by exact differentiation."""
     with jax.enable_x64(True):

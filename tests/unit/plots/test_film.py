@@ -119,6 +119,7 @@ def test_all_pictures_have_one_size_and_one_scale_of_colours(series, snapshots):
     np.testing.assert_array_equal(first[30:260, 515:535], second[30:260, 515:535])
 
 
+@pytest.mark.full
 def test_a_picture_bears_no_traces_of_those_before_it(series):
     *_, after = film.frames(series, None, np.array([0, 3, 9]), 60)
     *_, alone = film.frames(series, None, np.array([6, 9]), 60)
@@ -126,6 +127,7 @@ def test_a_picture_bears_no_traces_of_those_before_it(series):
         np.testing.assert_array_equal(after[part], alone[part])
 
 
+@pytest.mark.full
 def test_the_header_is_the_name_of_the_run_in_plain_words(series):
     def header(name):
         (picture,) = film.frames(series.assign_attrs(name=name), None, np.array([0]), 60)
@@ -203,6 +205,7 @@ def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, serie
     assert path.read_bytes() == before
 
 
+@pytest.mark.full
 def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(series, snapshots, tmp_path, monkeypatch):
     broken = tmp_path / "bin" / "ffmpeg"
     broken.parent.mkdir()

@@ -84,6 +84,7 @@ def rotor(products, centre):
     return Body(np.float64(20.0), np.asarray(centre, float), inertia)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("after", [rotor((1e-17, 0), (0, 0, 0.1)), rotor((0.02, 0.01), (1e-4, 0, 0))])
 def test_balancing_is_drawn_with_its_two_vectors(after):
     before = rotor((0.04, -0.022), (0.002, 0.0015, 0.01))

@@ -103,6 +103,7 @@ def test_what_cannot_be_compared_is_refused(fine, particles):
             ladder.compared(runs, names)
 
 
+@pytest.mark.full
 def test_the_picture_is_legible_and_the_table_tells_the_numbers(fine, particles):
     runs = [fine, particles]
     found = ladder.compared(runs)

@@ -148,6 +148,7 @@ KINDS = {
 }  # fmt: skip
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", [pytest.param(name, marks=getattr(pytest.mark, mark)) for name, mark in KINDS.items()])
 def test_every_kind_of_run_can_be_drawn(name):
     records, metadata = variants()[name]
@@ -307,6 +308,7 @@ def test_the_bar_of_densities_is_logarithmic_and_has_a_unit(draw, named, series,
     assert any(re.fullmatch(rf"{named} \(.*kg m⁻[²³]\)", label) for label in bars), bars
 
 
+@pytest.mark.full
 def test_waves_of_too_few_records_have_dots_and_words(series):
     more = series.interp(time=np.linspace(*series["time"].values[[0, -1]], 2000))
     for drawn, few in ((series, True), (more, False)):

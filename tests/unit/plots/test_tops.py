@@ -20,6 +20,7 @@ MOTIONS = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", MOTIONS)
 def test_figures_of_free_tops_are_legible(name):
     assert_legible(tops.free_top_figure(free_top(*MOTIONS[name]), name))

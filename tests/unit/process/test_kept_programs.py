@@ -104,6 +104,7 @@ def compiled(folder: Path) -> tuple[str, Path, int, int]:
     return processor, Path(place), *map(int, counts.split())
 
 
+@pytest.mark.full
 def test_programs_of_another_processor_are_not_read_and_nothing_is_said_of_ones_own(tmp_path):
     processor, place, _, misses = compiled(tmp_path)
     assert place == tmp_path / processor and misses > 0

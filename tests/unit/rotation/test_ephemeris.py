@@ -118,6 +118,7 @@ def test_whfast_steps_evenly_and_keeps_the_orbit():
     assert np.abs(apart).max() < 1e-6
 
 
+@pytest.mark.full
 def test_whfast_does_not_follow_heavy_bodies_that_meet():
     """Pieces of one length would be thousands for each of its steps: a table of 131072 pieces took 82 s."""
     iron = Companion("iron", 3.468, period=1.041, node=0.1697)

@@ -105,6 +105,7 @@ def test_steady_rotations_stay(moments, spin):
     np.testing.assert_array_equal(free_top.angular_velocity(top, [0.0, 1e9]), [spin, spin])
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("signs", [(1, 1, 1), (-1, 1, 1), (1, -1, -1), (-1, -1, -1)])
 def test_the_separatrix_is_followed_by_hyperbolic_functions(signs):
     moments = np.array([1.0, 1.5, 3.0])  # 1 (1.5 - 1) 3^2 = 3 (3 - 1.5) 1^2

@@ -98,6 +98,7 @@ def test_a_fast_top_nutates_at_its_own_rate():
     assert heavy_top.precession_rate(top) == pytest.approx(0.9 / a, rel=1e-6)
 
 
+@pytest.mark.full
 def test_a_top_that_rises_to_the_vertical_takes_for_ever():
     with mp.workdps(140):
         a, beta, tilt = mp.mpf("0.5"), mp.mpf(2), mp.mpf(2)

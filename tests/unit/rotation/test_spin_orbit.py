@@ -78,7 +78,7 @@ def test_an_aspherical_moon_is_chaotic_and_a_round_one_is_not():
         assert chaotic or distance[-1] < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_capture_happens_as_often_as_the_formula_says():
     e, size, starts = 0.2, 0.1, 300
     expected = spin_orbit.capture_probability(1.5, e, size)

@@ -9,7 +9,7 @@ from astroinertia.rotation.tumbling import divergence
 HYPERION = np.array([133.0**2 + 102.7**2, 180.1**2 + 102.7**2, 180.1**2 + 133.0**2])  # Thomas 2010, semi-axes in km
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_growth_is_that_of_two_motions():
     attitude, spin, small = attitude_of_euler_angles(np.array([0.3, 0.5, 0.2])), np.array([0.1, 0.2, 1.1]), 1e-7
     one = divergence(HYPERION, 0.123, attitude, spin, orbits=6)

@@ -96,6 +96,7 @@ def test_it_begins_with_the_last_state_before_its_time(star, tmp_path, at, place
         assert float(ds.density_max[0]) == pytest.approx(float(there.density_max), rel=1e-9)
 
 
+@pytest.mark.full
 def test_a_function_acts_from_the_time_of_the_branch_on(tmp_path) -> None:
     k, speed = 0.3, 1.5
 

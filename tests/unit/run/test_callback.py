@@ -194,6 +194,7 @@ def test_what_a_callback_raises_comes_out_once_the_run_is_saved(tmp_path: Path, 
     same_bits(astroinertia.resume(tmp_path / "run"), plain)
 
 
+@pytest.mark.full
 def test_a_callback_at_the_end_has_nothing_to_stop_but_may_fail(tmp_path: Path) -> None:
     file = astroinertia.run_scene(TOP, tmp_path / "run", callback=lambda state: state.time < 10 * u.s)
     assert file.suffix == ".nc"
@@ -284,6 +285,7 @@ def test_a_force_and_a_callback_see_particles_by_the_same_names(tmp_path: Path) 
         _ = force.velocity
 
 
+@pytest.mark.full
 def test_a_torque_and_a_callback_see_a_body_by_the_same_names(tmp_path: Path) -> None:
     of_force, of_callback = seen_by_both({**TOP, "time": "0.1 s"}, lambda state: 0.0 * state.angular_momentum, tmp_path)
     force, callback = of_force[0.0], of_callback[0]

@@ -152,6 +152,7 @@ def test_what_cannot_be_is_refused_and_nothing_is_changed(tmp_path, setting, sen
     assert {path: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
 
 
+@pytest.mark.full
 def test_error_bars_and_sweeps_go_on_as_they_began(tmp_path) -> None:
     astroinertia.run_scene(loads(DROP, ["output.error_bars=true"]), tmp_path / "run")
     with pytest.raises(SceneError, match="a run with error bars goes on with no other settings"):

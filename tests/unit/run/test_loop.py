@@ -50,6 +50,7 @@ def test_records_and_snapshots_are_of_the_times_asked_for(name: str, tmp_path: P
         np.testing.assert_allclose(tree["snapshots"]["snapshot_time"], times_of(SNAPSHOTS, END), rtol=1e-12, atol=0.0)
 
 
+@pytest.mark.full
 def test_without_align_steps_are_as_long_as_they_may_be(tmp_path: Path) -> None:
     """The first step past each time is recorded, none is shortened but the last."""
     chosen = [*PARTICLES, *cadence("evrard"), "output.align=false"]

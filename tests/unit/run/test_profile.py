@@ -71,6 +71,7 @@ def test_show_prints_the_table_of_a_run_that_has_one(runs):
     assert "processor s" not in plots.summary(dataset.open(runs / "without"))
 
 
+@pytest.mark.full
 def test_what_is_watched_is_as_it_was_afterwards(tmp_path):
     before = dict(vars(Engine)), dict(vars(Ledgers))
     scene = load.load_file("sims/pulsar_collapse.toml", SETTINGS[:2] + ("time.max_steps=2",))
@@ -95,6 +96,7 @@ def test_what_is_compiled_within_another_is_counted_once_and_nothing_is_heard_af
     assert profile.watch.seconds["compiling"].wall == counted and not activity.listeners
 
 
+@pytest.mark.full(inputs=["sims/tennis_racket.toml", "sims/riemann_ellipsoid.toml"])
 def test_models_without_particles_have_steps_and_records(tmp_path):
     for name, settings in (("tennis_racket", ["time.end='100 s'"]), ("riemann_ellipsoid", ["time.max_steps=5"])):
         with Profile() as profile:

@@ -63,7 +63,7 @@ def test_a_run_in_a_box_keeps_momentum_energy_and_ledger(steps: str) -> None:
     assert "no place of its own" in model_description(body)["absent"]["virial_tensor"]
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_where_the_box_begins_changes_nothing() -> None:
     """The same particles half a box further on: the same flow, to round-off."""
     # Switch and reconstruction ask for signs of div v and v_r, which are those of round-off where nothing moves yet.

@@ -40,6 +40,7 @@ def fallen(text):
     return made, code_units(scene), before
 
 
+@pytest.mark.full
 def test_the_pressure_is_that_of_the_table_at_each_particles_electron_fraction(fallen):
     """Equation of state and effect against the exact matter of the same warmth and of that fraction: to 1e-4."""
     made, units, before = fallen

@@ -62,6 +62,7 @@ def test_the_error_of_a_density_falls_with_the_fourth_power_of_the_smoothing_len
     assert errors["fourth"][0] < 0.1 * errors["second"][0]
 
 
+@pytest.mark.full
 def test_the_centre_of_a_polytrope_has_its_density():
     """n = 3, 1000 particles: 5 % too low with the kernel's sum, within 1 % with the fourth order, at 113 neighbours.
 
@@ -150,6 +151,7 @@ def test_forces_are_gradients_of_the_energy(kind, kernel):
     assert work == pytest.approx(-slope, abs=1e-6 * scale)
 
 
+@pytest.mark.full
 def test_softening_takes_nothing_from_the_binding_of_a_uniform_sphere():
     """W of 500 particles against -3/5; of 1100: 1.3 % too weak, a seventeenth of that with the fourth order."""
     position = place(profiles.uniform(), 500)

@@ -91,8 +91,8 @@ def _density(points):
     return density
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.slow
 def test_density_noise(name):
     """Scatter about the profile inside; measured at 2000: glass 0.6-1.8 %, lattice 0.4-2.7 %, random 40 %."""
     profile = PROFILES[name]
@@ -107,7 +107,7 @@ def test_density_noise(name):
     assert noise["random"] > 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_sampling_error_of_the_moment_before_it_is_removed():
     """A glass carries the profile by its ranks: what the affine correction takes away shrinks faster than 1/N."""
     from astroinertia.sph.placement import glass

@@ -94,6 +94,7 @@ def test_the_change_of_the_potential_with_h(name):
         assert found[k] == pytest.approx(expected, rel=1e-11, abs=1e-16)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_match_automatic_differentiation(name):
     kernel = KERNELS[name]

@@ -146,6 +146,7 @@ def test_density_alone_gives_masses_and_temperature_a_pressure(tmp_path):
     assert read_progenitor(file).pressure is None
 
 
+@pytest.mark.full
 def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
     star = read_progenitor(KEPLER)
     file = tmp_path / "cold.csv"

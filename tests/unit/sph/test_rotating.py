@@ -37,6 +37,7 @@ end = 1.0
 """
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("law", [RotationLaw(), RotationLaw("j_constant", 0.3)], ids=lambda law: law.kind)
 def test_the_map_keeps_mass_and_moments_and_adds_no_noise(law):
     star = rotating_star(polytropic_matter(1.5), 0.65, law, mass=2.0, equatorial_radius=3.0)

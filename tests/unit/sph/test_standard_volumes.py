@@ -39,7 +39,8 @@ def placed(text, *settings):
     return problem, particles(scene, units, initial, problem)
 
 
-@pytest.mark.parametrize("order", [pytest.param("second", marks=pytest.mark.full), "fourth"])
+@pytest.mark.full
+@pytest.mark.parametrize("order", ["second", "fourth"])
 def test_forces_follow_from_the_energy(text, order):
     """m a . d is minus the slope of the energy along displacements d of all particles; no force is left over.
 
@@ -159,6 +160,7 @@ def test_what_is_conserved_stays(text, timesteps):
     assert abs(after["total"] - before["total"]) < 3e-4 * abs(before["potential"]["gravity"])
 
 
+@pytest.mark.full
 def test_one_material_has_no_boundaries(text):
     """The option changes nothing there, and costs nothing."""
     rock = text.replace('[[body.layers]]\nmaterial = "iron"\nmass_fraction = 0.3\n', "")

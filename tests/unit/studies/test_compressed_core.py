@@ -83,6 +83,7 @@ def test_what_the_layers_are_taken_for_is_what_is_printed(capsys):
     assert "bulk moduli of liquid iron and of forsterite" in printed
 
 
+@pytest.mark.full
 def test_the_command_shows_it_when_asked(capsys):
     assert main(["ratios", "--body", "Mars", "--compressed"]) == 0
     assert "core radius          1917 +- 66 km" in capsys.readouterr().out

@@ -27,7 +27,7 @@ def gaussian() -> xr.Dataset:
     return sample(_gaussian, _spread, ["wide", "narrow"], draws=1500, chains=3, walkers=16, seed=7)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_gaussian_is_recovered_within_the_sampling_error(gaussian):
     found = summary(gaussian, ["wide", "narrow"])
     deviation = np.sqrt(np.diag(COVARIANCE))

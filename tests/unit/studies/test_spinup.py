@@ -90,7 +90,7 @@ def test_a_scene_comes_back_with_its_limits(tmp_path):
     assert (tmp_path / "run" / "shrinking.nc").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_a_core_becomes_a_neutron_star():
     dataset = spinup.core_to_neutron_star(equations_of_state=("SLy",))
     names = [str(name) for name in dataset["remnant"].values]

@@ -316,6 +316,7 @@ def test_no_member_is_begun_once_the_time_is_over(tmp_path, slow):
     assert not (tmp_path / "run" / member(0)).exists()
 
 
+@pytest.mark.full
 def test_workers_are_not_waited_for_when_the_time_is_over(cluster, tmp_path):
     """They may be compiling, or not have begun; nothing of what they save is lost."""
     begun = time.monotonic()
@@ -349,6 +350,7 @@ def test_a_signal_saves_the_member_under_way(tmp_path, monkeypatch, number):
         assert under_way.read_checkpoint()[1]["series"] == 2
 
 
+@pytest.mark.full
 def test_a_command_that_is_ended_while_the_sweeps_file_is_written_leaves_none_by_half(grid, tmp_path, monkeypatch):
     write, left = xr.Dataset.to_netcdf, Left(tmp_path / "run", tmp_path / "left")
 
@@ -394,6 +396,7 @@ def test_a_member_waits_for_a_worker_that_still_holds_it(tmp_path, monkeypatch):
     assert folder.finished(tmp_path, 0) and folder.failure(tmp_path, 0) is None
 
 
+@pytest.mark.full
 def test_a_member_that_ends_before_others_is_nan_from_there_on(tmp_path):
     text = 'members = [{"time.end" = "0.2 s", "body.mass" = "1 Msun"}, {"time.end" = "0.4 s", "body.mass" = "2 Msun"}]'
     ensemble.run_sweep(made(text), tmp_path / "run")
@@ -412,6 +415,7 @@ def test_a_member_that_ends_before_others_is_nan_from_there_on(tmp_path):
         np.testing.assert_array_equal(found.isel(member=number).inertia.spin_rate(), alone.inertia.spin_rate())
 
 
+@pytest.mark.full
 def test_members_of_other_cadences_are_on_common_times_and_the_file_says_so(tmp_path):
     text = '"output.series_every" = ["0.05 s", "0.1 s"]'
     ensemble.run_sweep(made(text, ["body.change.times=['0.15 s']"]), tmp_path / "run")
@@ -466,6 +470,7 @@ def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path
     assert "is of a sweep" in capsys.readouterr().err
 
 
+@pytest.mark.full
 def test_members_of_a_sweep_are_compared_with_each_other(grid, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["compare", str(grid[0]), "--quantity", "mean_angular_velocity"]) == 0
@@ -478,6 +483,7 @@ def test_members_of_a_sweep_are_compared_with_each_other(grid, tmp_path, monkeyp
     assert "of 4 runs these are compared: member-0000, member-0001, member-0002;" in capsys.readouterr().out
 
 
+@pytest.mark.full
 def test_models_with_other_effects_are_lined_up_by_name(tmp_path):
     ensemble.run_sweep(made("effects = [{gravity = {}}, {gravity = {}, pressure = {}}]"), tmp_path / "run")
     found = astroinertia.open(tmp_path / "run")

@@ -167,6 +167,7 @@ def test_a_gradient_is_in_the_units_of_the_scene_and_at_the_time_that_is_named()
     assert float(early.gradient[0]) == pytest.approx(2.0 * float(early.value) / 1500.0)
 
 
+@pytest.mark.full
 def test_members_of_which_some_have_waves_too_faint_for_a_spectrum_have_a_gradient():
     scene = astroinertia.load(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=0.1 s"])
     assert "frequency" not in members(scene, ["body.radius"]).sizes

@@ -26,6 +26,7 @@ def answers(scene, by, folder, step):
     return data.isel(member=0), sensitivity(data)
 
 
+@pytest.mark.full
 def test_a_core_that_shrinks_answers_as_its_conserved_momentum_says(core):
     base, slopes = core.isel(member=0), sensitivity(core)
     assert list(slopes.parameter.values) == ["body.rotation.period", "body.radius"]

@@ -102,7 +102,7 @@ def test_the_implosion_keeps_its_mass() -> None:
     assert np.trapezoid(4 * np.pi * radius**2 * flow.density, radius) == pytest.approx(4 / 3 * np.pi, rel=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_layers_roll_up_at_the_rate_of_the_linear_problem() -> None:
     """2.83187, from an independent eigenvalue problem, extrapolated; 128 nodes are 0.26 % off, 256 nodes 0.01 %."""
     small = {"push": 1e-7, "nodes": (8, 128)}

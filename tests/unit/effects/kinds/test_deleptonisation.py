@@ -195,6 +195,7 @@ def test_a_table_keeps_the_same_account(of_table: Any, first: float, last: float
     assert math.log(errors[0] / errors[1]) / math.log(8.0) == pytest.approx(2.0, abs=0.15)
 
 
+@pytest.mark.full
 def test_a_table_has_its_own_pressure_and_potential(of_table: Any) -> None:
     """Of electrons of any speed and no nuclei: P lost to 1e-5, and neutrinos in balance with the Fermi energy alone."""
     density = np.array([1e8, 1e10, 1e12, 1e14])  # g/cm^3

@@ -213,6 +213,7 @@ def test_what_has_no_such_gradients_refuses_them():
         body_of(kind="polytropic")
 
 
+@pytest.mark.full
 def test_bodies_settle_with_the_kernels_gradients():
     """Those have a potential: the particles of a body are the same with both."""
     one, other = (body_of(gradients=gradients).state for gradients in ("integral", "kernel"))

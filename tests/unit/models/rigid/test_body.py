@@ -27,6 +27,7 @@ def test_the_angular_momentum_is_that_of_the_deformed_body():
     assert rigid.inertia_in_body(ELASTIC, 0.0, turn) @ turn == pytest.approx(M, rel=1e-14)
 
 
+@pytest.mark.full
 def test_derivatives_are_those_of_differences():
     given, along = (M, ELASTIC.moments, 0.4), (np.array([0.2, 0.7, -0.4]), np.array([0.3, -0.1, 0.2]), 0.5)
 

@@ -32,6 +32,7 @@ def accounted(run):
     return record
 
 
+@pytest.mark.full
 @both
 def test_a_constant_torque_adds_to_the_angular_momentum_while_it_acts(settings):
     torque = effect("constant_torque", vector=[0.1, -0.3, 0.2], begin=1.0, until=3.5)
@@ -98,6 +99,7 @@ def test_a_pulsar_brakes_as_its_index_says(settings):
         accounted(run)
 
 
+@pytest.mark.full
 @both
 def test_a_dipole_in_vacuum_brakes_and_aligns_its_star(settings):
     # Of a spherical star: omega cos(chi) stays, and d omega/dt = -k sin^2(chi) omega^3 / I.
@@ -171,6 +173,7 @@ def test_the_bulge_of_an_elastic_body_slows_its_wobble(settings):
     assert accounted(run)["total_energy"] == pytest.approx(record["total_energy"], rel=1e-13)
 
 
+@pytest.mark.full
 @both
 def test_a_skater_turns_faster_and_does_work(settings):
     push = effect("constant_torque", vector=[1.0, 1.0, 1.0], begin=NEVER, until=2.0 * NEVER)

@@ -72,6 +72,7 @@ def test_the_ledger_closes(name):
         assert power == pytest.approx(spun @ middle["torque"].sum(0), **close)
 
 
+@pytest.mark.full
 def test_second_moments_of_the_elastic_body_follow_its_mixed_moment():
     effects, rest = BODIES["elastic"]
     body = under_way(TOP, SPIN, *effects, settings=ADAPTIVE, quaternion=TILTED, **rest)

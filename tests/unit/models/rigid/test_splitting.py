@@ -69,6 +69,7 @@ def test_a_needle_keeps_the_digits_of_its_own_spin():
     assert np.asarray(state.momentum_in_body) / moments == pytest.approx(exact, rel=1e-11)
 
 
+@pytest.mark.full
 def test_the_order_holds_with_torques_and_sums():
     # A torque of fixed direction in space, and energy gained from it.
     rates, torque = turning_rates(MOMENTS), np.array([0.3, -0.1, 0.2])

@@ -58,7 +58,7 @@ def test_angular_momentum_is_kept_to_round_off_and_energy_without_drift():
         assert np.abs(errors).max() < 1e-7 * abs(energy)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_orders_are_what_they_are_called():
     with jax.enable_x64(True):
 
@@ -100,7 +100,7 @@ def test_a_sphere_leaves_the_orbit_alone():
         assert np.abs(np.subtract(ball.bodies.particles[1].xyz, alone.particles[1].xyz)).max() < 1e-14
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize("case", ["at rest", "dust", "whfast"])
 def test_a_body_at_rest_dust_and_whfast_keep_the_angular_momentum_too(case):
     dust = (Companion("dust", 0.0, semi_major_axis=3.0),) if case == "dust" else ()
@@ -163,7 +163,7 @@ def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(place[0]), 4e3 * (1 - 0.2), rtol=1e-9)  # at the pericentre
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_orbits_that_the_body_does_not_act_on_are_recorded_too(tmp_path):
     """As two points they are those of Kepler: with REBOUND's own orbit from where they begin."""
     ds = astroinertia.open(astroinertia.run_scene(load.loads(TWO.replace("true", "false")), tmp_path / "one"))

@@ -54,6 +54,7 @@ def test_a_step_that_outgrows_its_lists_is_taken_again_with_longer_ones(body, mo
         assert np.abs(here - there).max() < 1e-11 * np.abs(there).max(), name
 
 
+@pytest.mark.full
 def test_without_a_caller_that_looks_lengths_are_solved_for_whatever_the_lists_hold(body):
     state, dt = body.state, np.float64(body.state.rates.timestep)
     short, arrangement = rearranged(body.problem, state, dt, 0.6 * state.smoothing_length)
