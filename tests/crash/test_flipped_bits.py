@@ -74,6 +74,7 @@ def test_a_file_that_is_changed_on_purpose_is_read_without_its_line(finished, tm
     np.testing.assert_array_equal(found["mass"], 2.0 * dataset.open(finished)["mass"])
 
 
+@pytest.mark.full
 def test_large_files_are_checked_in_their_head_and_where_particles_are_read(finished, tmp_path, monkeypatch):
     """As if the file were too large to be read as a whole whenever it is opened."""
     monkeypatch.setattr(trailer, "WHOLE", 0)

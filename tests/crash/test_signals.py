@@ -33,10 +33,10 @@ def place(tmp_path_factory):
     [
         ("run", (TERM, TERM), 2.5),
         ("resume", (INT,), 2.5),
-        ("tradeoff", (INT, INT), 4.0),
+        pytest.param("tradeoff", (INT, INT), 4.0, marks=pytest.mark.full),
         ("movie", (USR1,), 2.5),
-        ("verify beside", (INT,), 4.0),
-        ("calibrate", (TERM, TERM), 1.5),
+        pytest.param("verify beside", (INT,), 4.0, marks=pytest.mark.full),
+        pytest.param("calibrate", (TERM, TERM), 1.5, marks=pytest.mark.full),
     ],
 )
 def test_a_signal_ends_a_command_and_loses_nothing(place, name, numbers, after):

@@ -44,7 +44,9 @@ def test_near_the_largest_rate_of_a_maclaurin_spheroid_it_is_found_and_beyond_it
         figure_of_density([1.0], [UNIFORM], small_m=1.01 * largest)
 
 
-@pytest.mark.parametrize("index", [0.5, 1.0, 1.5, 3.0])
+@pytest.mark.parametrize(
+    "index", [pytest.param(0.5, marks=pytest.mark.full), 1.0, pytest.param(1.5, marks=pytest.mark.full), 3.0]
+)
 def test_up_to_mass_shedding_a_figure_is_right_or_refused(index):
     """Mass shedding is below q = 1.11 for all of these: none may be found beyond; what is found is in equilibrium."""
     found = []

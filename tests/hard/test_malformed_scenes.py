@@ -278,10 +278,10 @@ print(code, int(peak.split()[1]) / 1024)
     "name",
     [
         "long dotted key",
-        "many long dotted keys",
-        "lists nested over many lines",
+        pytest.param("many long dotted keys", marks=pytest.mark.full),
+        pytest.param("lists nested over many lines", marks=pytest.mark.full),
         "large file",
-        "binary junk",
+        pytest.param("binary junk", marks=pytest.mark.full),
         "wrong unit",
     ],
 )

@@ -45,16 +45,8 @@ def scene_of(entry: dict[str, Any]) -> str:
     return {"C": affine_scenes.cold, "D": affine_scenes.incompressible}[inputs["family"]](axes, gradient)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *(
-            pytest.param(name, marks=pytest.mark.full)
-            for name in ("riemann_A", "dyson_B", "toystar3d_B", "dirichlet_D")
-        ),
-        "cold_C",
-    ],
-)
+@pytest.mark.full
+@pytest.mark.parametrize("name", ["riemann_A", "dyson_B", "toystar3d_B", "dirichlet_D", "cold_C"])
 def test_exact_family_from_scene_to_record(name: str) -> None:
     entry = reference(name)
     body, opening = started(scene_of(entry)), None

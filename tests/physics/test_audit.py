@@ -36,7 +36,7 @@ def audit_of(name: str) -> absence.Audit:
     return absence.audited(scene_of(name))
 
 
-FULL = ("riemann_ellipsoid", "earth_precession", "crab_pulsar")
+FULL = ("free_expansion", "riemann_ellipsoid", "earth_precession", "crab_pulsar")
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,7 @@ def test_a_compact_ball_and_a_point_move_as_two_points(scheme: str) -> None:
     assert np.linalg.norm(errors[2] - (errors[1] - errors[2]) / 3.0) < 1e-6
 
 
-@pytest.mark.parametrize("frame", ["direct", "tidal"])
+@pytest.mark.parametrize("frame", [pytest.param("direct", marks=pytest.mark.full), "tidal"])
 def test_on_prescribed_orbits_the_ball_stays_where_the_orbits_have_the_body(frame: str) -> None:
     """The companion is where REBOUND has it; the cloud, which nothing holds, goes along or stays at the origin."""
     _, last = reached(
@@ -184,7 +184,7 @@ def test_individual_steps_follow_the_same_orbits() -> None:
 
 
 @pytest.mark.parametrize("motion", ["live", "orbit"])
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_run_with_companions_resumes_bit_for_bit(motion: str, timesteps: str) -> None:
     """From a checkpoint the run goes on with the same bits, companions and all."""
     scene = load.loads(companions_of(motion, more=MOON), [f"numerics.timesteps={timesteps}", "time.end=30.0"])

@@ -54,9 +54,10 @@ def test_few_settled_particles_follow_the_exact_collapse_to_a_tenth():
     assert abs(density) < 0.03
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("settings", "bar"), [
     (("body.start=rest", "time.end=1.0953407700317674"), 3e-3),  # measured 0.14 %
-    pytest.param(("body.collapse_rate=0.5", "time.end=0.96817"), 1.6e-3, marks=pytest.mark.full),  # 0.08 %
+    (("body.collapse_rate=0.5", "time.end=0.96817"), 1.6e-3),  # 0.08 %
 ])  # fmt: skip
 def test_other_rates_and_starts_are_followed_as_well(settings, bar):
     """What settling leaves grows: from twice the residual I ends 0.45 and 0.24 % off."""

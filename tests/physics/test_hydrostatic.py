@@ -116,13 +116,9 @@ def test_an_earth_of_iron_and_perovskite():
     assert love_number(earth.layered()) == pytest.approx(0.933, rel=0.02)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
-    ("material", "scales"),
-    [
-        (IRON_HCP, (5.80, 2.52)),
-        pytest.param(PEROVSKITE, (10.55, 3.90), marks=pytest.mark.full),
-        pytest.param(ICE_VII, (5.52, 4.43), marks=pytest.mark.full),
-    ],
+    ("material", "scales"), [(IRON_HCP, (5.80, 2.52)), (PEROVSKITE, (10.55, 3.90)), (ICE_VII, (5.52, 4.43))]
 )
 def test_published_radii_of_planets_of_one_material(material, scales):
     """Seager et al. 2007, eq. 23 and table 3 (their materials differ above 1 TPa): 1 Earth mass to 3 per cent."""

@@ -201,7 +201,8 @@ def _rotating_reference():
     return value
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(2000, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("count", [500, 2000])
 def test_rotating_equilibrium_has_the_figure_of_the_exact_one(count):
     """Rigid n = 1 body at q = 0.155: its moments, T/|W|, and the rate over the central density.
 

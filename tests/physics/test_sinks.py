@@ -55,7 +55,7 @@ def moment_vector(tensor: np.ndarray) -> np.ndarray:
     return np.array([tensor[1, 2] - tensor[2, 1], tensor[2, 0] - tensor[0, 2], tensor[0, 1] - tensor[1, 0]])
 
 
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_fluid_and_sinks_keep_mass_momentum_and_angular_momentum(timesteps: str) -> None:
     """A turning cloud collapses into a sink, which takes most of it and spins: all ledgers close to round-off."""
     body = prepared(CLOUD, f"numerics.timesteps={timesteps}")
@@ -121,7 +121,8 @@ def fallen(time: float, radius: float) -> float:
     return float(np.interp(time, np.sqrt(shells**2 / 2) * (np.arccos(np.sqrt(x)) + np.sqrt(x * (1 - x))), shells))
 
 
-@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
+@pytest.mark.full
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_a_cold_collapse_is_accreted_as_it_falls(timesteps: str) -> None:
     """Without pressure, mass arrives at the sink's radius when theory has it there.
 
@@ -176,7 +177,7 @@ def test_two_clouds_become_two_sinks_that_pull_at_each_other(timesteps: str) -> 
     assert last["region_ledger_closure"][0] <= 1e-12
 
 
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_run_with_a_sink_resumes_bit_for_bit(timesteps: str) -> None:
     """From a checkpoint with a sink, through more accretion, to the same bits."""
     scene = load.loads(CLOUD, [f"numerics.timesteps={timesteps}", "body.particles=200"])

@@ -1,6 +1,7 @@
 """Examples in docstrings: every public function of the rooms below has one, and all of them are run.
 
-Those of EXPENSIVE take seconds each and run with the full tests, the others together some fifteen seconds.
+Those of EXPENSIVE take about a second or more each and run with the full tests, the others together some thirty
+seconds where nothing is compiled yet.
 
 They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
 runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.
@@ -49,6 +50,11 @@ EXPENSIVE = [
     *("bodies/affine", "bodies/affine_motion", "bodies/hydrostatic", "bodies/rotating_sequence"),
     *("bodies/composite_polytrope", "bodies/giant_planets", "bodies/inversion", "bodies/neutron_stars"),
     *("bodies/spectral_polytrope", "matter/planetary", "sweeps/gradient", "sweeps/sensitivity"),
+    *("bodies/apsidal", "bodies/clairaut", "bodies/earth", "bodies/ellipsoid_secular", "bodies/layered"),
+    *("bodies/oscillations", "bodies/roche_polytrope", "bodies/rotating_star", "bodies/scf", "dataset/accessor"),
+    *("inertia/realise", "interop/gadget", "interop/hdf5", "interop/paraview", "interop/swift", "interop/tables"),
+    *("rotation/spin_orbit", "studies/flattening", "studies/moment_ratio", "studies/moments", "studies/ratio_tables"),
+    *("studies/spinup", "sweeps/combined"),
 ]
 # What only the package itself calls.
 INSIDES = {

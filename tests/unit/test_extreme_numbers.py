@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("share", "most"), [(0.01, 300), pytest.param(1.0, 7200, marks=pytest.mark.full)], ids=["a sample", "all"]
+    ("share", "most"), [(0.005, 300), pytest.param(1.0, 7200, marks=pytest.mark.full)], ids=["a sample", "all"]
 )
 def test_plans_of_extreme_numbers_end_well_or_with_one_sentence(share: float, most: int) -> None:
     """In a process of its own: tests/extreme_numbers.py bounds time and memory, and names what went wrong."""

@@ -309,7 +309,7 @@ def test_energy_and_ledger_close(logotrope, tmp_path, setting) -> None:
     assert "given from Python" in found.attrs["own_matter"]
 
 
-@pytest.mark.parametrize("timesteps", ["global", "individual"])
+@pytest.mark.parametrize("timesteps", ["global", pytest.param("individual", marks=pytest.mark.full)])
 def test_matter_that_can_be_warm_keeps_what_viscosity_heats(tmp_path, timesteps) -> None:
     text = IDEAL.replace("radius = 1.0", f"radius = 1.0\nspecific_internal_energy = 6.0\nvelocity_gradient = {FALL}")
     errors = []

@@ -128,7 +128,7 @@ def test_the_phase_of_a_turning_body_is_its_angle(phase, tmp_path) -> None:
     assert "quadrupole phase (rad)" in summary(found)
 
 
-@pytest.mark.parametrize("model", ["sph", "ellipsoid", "scaling"])
+@pytest.mark.parametrize("model", ["sph", pytest.param("ellipsoid", marks=pytest.mark.full), "scaling"])
 def test_every_model_has_it_in_the_units_of_the_dataset(model, phase, tmp_path) -> None:
     scene = loads(GAS, [f'model="{model}"', "time.max_steps=4"], effects=[phase(), Again()])
     found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))

@@ -73,7 +73,11 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
 
 @pytest.mark.parametrize(
     ("number", "times", "name"),
-    [(signal.SIGINT, 2, "Ctrl-C"), (signal.SIGTERM, 2, "SIGTERM"), (signal.SIGUSR1, 2, "SIGUSR1")],
+    [
+        (signal.SIGINT, 2, "Ctrl-C"),
+        (signal.SIGTERM, 2, "SIGTERM"),
+        pytest.param(signal.SIGUSR1, 2, "SIGUSR1", marks=pytest.mark.full),
+    ],
 )
 def test_a_signal_saves_the_run_also_when_it_comes_twice(tmp_path, whole, number, times, name):
     """`timeout` and schedulers send theirs to the process and to its group: the second must not kill it."""
@@ -205,7 +209,9 @@ BETWEEN = {
 }
 
 
-@pytest.mark.parametrize("name", BETWEEN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in ("splitting", "scaling") else pytest.mark.full) for name in BETWEEN]
+)
 def test_models_without_particles_stop_between_outputs_and_go_on_bit_for_bit(tmp_path, monkeypatch, request, name):
     path, settings, kind, *limits = BETWEEN[name]
     asked = astroinertia.load(path, settings)

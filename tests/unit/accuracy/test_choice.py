@@ -114,7 +114,9 @@ def particles(accuracy, *more):
     return load.loads(TOY_STAR, (*QUIET, f"accuracy={accuracy}", *more))
 
 
-@pytest.mark.parametrize("accuracy", [3e-2, 3e-3, 1e-3])
+@pytest.mark.parametrize(
+    "accuracy", [pytest.param(3e-2, marks=pytest.mark.full), 3e-3, pytest.param(1e-3, marks=pytest.mark.full)]
+)
 def test_particles_have_the_accuracy_and_not_much_more(runs, tmp_path, accuracy):
     formula = runs(Formula())
     found = choice.choose(particles(accuracy, "model='sph'"), tmp_path)
@@ -246,7 +248,7 @@ def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     )
 
 
-@pytest.mark.parametrize(("apart", "model"), [(1e-4, "ellipsoid"), (0.2, "sph")])
+@pytest.mark.parametrize(("apart", "model"), [(1e-4, "ellipsoid"), pytest.param(0.2, "sph", marks=pytest.mark.full)])
 def test_an_approximate_rung_is_taken_where_it_agrees_with_particles(runs, tmp_path, monkeypatch, apart, model):
     runs(Formula(models={"ellipsoid": apart}, steps=1e-5, often=100.0))
     monkeypatch.setattr(choice, "_is_exact", lambda scene: False)
@@ -278,7 +280,16 @@ def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
         assert stages * max(steps, RECORDS) <= 1.8 * min(scan)
 
 
-@pytest.mark.parametrize("accuracy", [0.1, 3e-2, 1e-2, 3e-3, 1e-4])
+@pytest.mark.parametrize(
+    "accuracy",
+    [
+        0.1,
+        pytest.param(3e-2, marks=pytest.mark.full),
+        pytest.param(1e-2, marks=pytest.mark.full),
+        pytest.param(3e-3, marks=pytest.mark.full),
+        1e-4,
+    ],
+)
 @pytest.mark.parametrize(("name", "finer"), [("sph", 1.0), ("ellipsoid", 1e-4), ("rigid", 1e-4)])
 def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, finer, accuracy):
     """Of runs without records to meet, which would make them cost more."""
@@ -297,7 +308,11 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
 
 @pytest.mark.parametrize(
     ("text", "settings", "accuracy"),
-    [(TOY_STAR, (*QUIET, "model='sph'", "time.end=1.5"), 0.05), (ELLIPSOID, (), 1e-5), (TOP, (), 1e-4)],
+    [
+        pytest.param(TOY_STAR, (*QUIET, "model='sph'", "time.end=1.5"), 0.05, marks=pytest.mark.full),
+        pytest.param(ELLIPSOID, (), 1e-5, marks=pytest.mark.full),
+        (TOP, (), 1e-4),
+    ],
     ids=["sph", "ellipsoid", "rigid"],
 )
 def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, real, text, settings, accuracy):

@@ -284,11 +284,11 @@ def judged(case, *settings, folder):
     ("name", "settings"),
     [
         ("rigid_top", ("time.end='1 s'", "output.series_every='0.2 s'", "numerics.steps_per_rotation=20")),
-        ("rigid_top", ("time.end='1 s'", "numerics.integrator='adaptive'", "numerics.tolerance=1e-7",
-                       "output.series_every='0.5 s'")),
+        pytest.param("rigid_top", ("time.end='1 s'", "numerics.integrator='adaptive'", "numerics.tolerance=1e-7",
+                       "output.series_every='0.5 s'"), marks=pytest.mark.full),
         pytest.param("riemann", ("time.end=12", "output.series_every=6", "numerics.tolerance=1e-5"),
                      marks=pytest.mark.full),
-        ("maclaurin", ("time.end=5", "output.series_every=2.5", "numerics.tolerance=1e-8")),
+        pytest.param("maclaurin", ("time.end=5", "output.series_every=2.5", "numerics.tolerance=1e-8"), marks=pytest.mark.full),
     ],
 )  # fmt: skip
 def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, tmp_path):
@@ -311,7 +311,7 @@ def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
         assert (bar[1:] <= 5.0 * true.max() + 1e-12 * abs(fine[name]).max()).all()
 
 
-@pytest.mark.parametrize("count", [150, 600])
+@pytest.mark.parametrize("count", [150, pytest.param(600, marks=pytest.mark.full)])
 def test_the_error_of_a_particle_run_is_within_its_bar(count, tmp_path):
     settings = (f"body.particles={count}", "time.end=0.4", "output.series_every=0.1")
     for bar, true in judged(BY_NAME["dyson"], *settings, folder=tmp_path / "run"):

@@ -25,9 +25,10 @@ def test_equal_indices_make_a_single_polytrope(index):
         assert body.love_number(degree) == pytest.approx(love_number(index, degree), rel=5e-14)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    "entry", LAYERS, ids=lambda entry: entry["inputs"]["rc/R"] + "-" + entry["inputs"]["rho_c/rho_m"]
+    "entry",
+    [LAYERS[0], *(pytest.param(each, marks=pytest.mark.full) for each in LAYERS[1:])],
+    ids=lambda entry: entry["inputs"]["rc/R"] + "-" + entry["inputs"]["rho_c/rho_m"],
 )
 def test_two_incompressible_layers(entry):
     """Closed forms of Clairaut's equation for two homogeneous layers; the mass and W follow by hand."""

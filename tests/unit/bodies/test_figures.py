@@ -120,7 +120,7 @@ def test_harmonics_and_nodes_converge_geometrically():
 
 
 @pytest.mark.parametrize(
-    "index", [0.5, 3.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.1, 0.95, 1.5, 2.2, 4.0))]
+    "index", [0.5, 3.0, *(pytest.param(each, marks=pytest.mark.full) for each in (0.1, 0.95, 1.5, 2.2, 4.0))]
 )
 def test_polytropes_obey_the_virial_theorem_and_integrate_their_own_density(index):
     units = {"mass": 2.0, "mean_radius": 3.0, "gravitational_constant": 5.0}

@@ -160,7 +160,7 @@ def test_levels_mark_the_surface_and_nothing_is_beyond():
     assert (ring.polar_radius, ring.inner_radius) == (0.0, 0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("quantity", "value"),
     [("rotational_to_gravitational", 0.04), ("angular_velocity", 0.3), ("angular_momentum", 0.2)],

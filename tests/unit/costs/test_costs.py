@@ -25,6 +25,8 @@ from tests.sims import single_scenes
 
 ROOT = Path(__file__).parents[3]
 SIMS = single_scenes()
+# Scenes that take long to predict: in the full tests.
+LONGER = ("accretion_induced_collapse", "jacobi_by_viscosity", "progenitor_collapse", "pulsar_collapse", "square")
 STAR = """
 name = "star"
 units = "code"
@@ -147,7 +149,9 @@ def test_all_parts_of_a_step_are_timed():
 # Predictions
 
 
-@pytest.mark.parametrize("file", SIMS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "file", [pytest.param(path, id=path.stem, marks=pytest.mark.full if path.stem in LONGER else ()) for path in SIMS]
+)
 def test_every_scene_is_predicted_or_says_why_not(file):
     scene = load.load_file(file)
     found = predict(scene, machine.shipped())

@@ -26,7 +26,18 @@ def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
 
 
-@pytest.mark.parametrize("name", PREDICTED)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=()
+            if name in ("core_collapse", "evrard", "giant_impact", "gresho", "sod", "spinning_planet")
+            else pytest.mark.full,
+        )
+        for name in PREDICTED
+    ],
+)
 def test_runs_took_the_steps_that_are_predicted(name, monkeypatch):
     """Without a pilot, within a factor of 1.5 of what tests/benchmarks/predicted_steps.py counted."""
     monkeypatch.setattr(piloted, "kept", lambda scene: None)

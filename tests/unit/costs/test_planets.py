@@ -23,9 +23,8 @@ def scene_of(name, *settings):
     return load.load_file(SIMS / f"{name}.toml", settings)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("rocky_planet", marks=pytest.mark.full(inputs=["sims/rocky_planet.toml"])), "giant_impact"]
-)
+@pytest.mark.full(inputs=["sims/rocky_planet.toml", "sims/giant_impact.toml"])
+@pytest.mark.parametrize("name", ["rocky_planet", "giant_impact"])
 def test_shells_are_as_dense_as_the_planet_that_is_solved_for(name):
     """Cold layers and warm ones, on the same isentropes, found with JAX and without."""
     scene = scene_of(name).alone()[0]

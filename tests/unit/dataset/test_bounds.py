@@ -108,7 +108,7 @@ def test_a_companion_inside_the_star_ends_with_the_exit_code_of_a_ledger_that_do
     assert main(["resume", str(inside)]) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.full(inputs=["sims/star_and_companion.toml"])
 def test_a_sweep_names_the_member_whose_ledger_does_not_close(tmp_path, capsys):
     scene = (SIMS / "star_and_companion.toml").read_text()
     (tmp_path / "sweep.toml").write_text(

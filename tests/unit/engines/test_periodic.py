@@ -63,7 +63,11 @@ CUBE, SLAB, THIN = (1.0, 1.0, 1.0), (1.0, np.inf, 0.7), (1.0, 1.0, 0.25)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("images", [1, periodic.IMAGES_OF_FEW])
-@pytest.mark.parametrize(("lengths", "cells"), [(CUBE, 2), (SLAB, 2), (THIN, 5)], ids=["cube", "slab", "thin"])
+@pytest.mark.parametrize(
+    ("lengths", "cells"),
+    [(CUBE, 2), (SLAB, 2), pytest.param(THIN, 5, marks=pytest.mark.full)],
+    ids=["cube", "slab", "thin"],
+)
 def test_sums_and_densities_are_those_over_all_images(
     lengths: Any, cells: int, images: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -42,7 +42,10 @@ print(vector_bits())
 """
 
 
-@pytest.mark.parametrize("name", PROCESSORS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in ("generic", "AVX-512") else pytest.mark.full) for name in PROCESSORS],
+)
 def test_numbers_are_compacted_for_every_processor(name):
     processor = PROCESSORS[name]
     command = [sys.executable, "-c", PROGRAM, "run" if processor.is_here else "compile"]

@@ -97,7 +97,7 @@ def evaluated(together, mass, position, targets):
     return arrays
 
 
-@pytest.mark.parametrize("some", [False, True])
+@pytest.mark.parametrize("some", [pytest.param(False, marks=pytest.mark.full), True])
 def test_several_processes_get_the_bits_of_one(cloud, some):
     targets = np.flatnonzero(np.random.default_rng(3).uniform(size=COUNT) < 0.6) if some else None
     alone = evaluated(None, *cloud, targets)

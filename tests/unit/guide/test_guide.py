@@ -32,6 +32,13 @@ GUIDE = ROOT / "astroinertia" / "guide"
 FILES = sorted(GUIDE.glob("*.md"))
 SHOWN = {"README.md": ROOT / "README.md", **{path.name: path for path in FILES}}
 """What is written by hand."""
+LONGER = ("first-run.md", "own-effects.md")  # what they show to run: in the full tests
+RUN = [f"sims/{name}.toml" for name in ("asteroid_settles", "pulsar_births", "pulsar_collapse")]
+
+
+def page(name):
+    return f"astroinertia/guide/{name}"
+
 
 STAR = """
 name = "star"
@@ -325,7 +332,13 @@ def workplace(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["README.md", "first-run.md", "ledger.md", "own-effects.md", "xarray-analysis.md"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("README.md", "ledger.md", "xarray-analysis.md"),
+        *(pytest.param(name, marks=pytest.mark.full(inputs=[*RUN, page(name)])) for name in LONGER),
+    ],
+)
 def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     from matplotlib import pyplot
 
@@ -337,7 +350,7 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     pyplot.close("all")
 
 
-@pytest.mark.full
+@pytest.mark.full(inputs=["sims/core_to_pulsar_scaling.toml", page("sweeps.md")])
 def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(tmp_path, monkeypatch, capsys):
     """With fewer records than the scene has, on which they do not depend."""
     (tmp_path / "sims").mkdir()
@@ -367,10 +380,10 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
 @pytest.mark.parametrize(
     ("name", "mark", "least"),
     [
+        ("README.md", "astroinertia.bodies", 4),
         *(
-            ("README.md", "astroinertia.bodies", 4),
-            ("moment-ratios.md", "apsidal", 9),
-            ("moment-ratios.md", "own_body", 2),
+            pytest.param("moment-ratios.md", *part, marks=pytest.mark.full(inputs=[page("moment-ratios.md")]))
+            for part in (("apsidal", 9), ("own_body", 2))
         ),
         *(("inertia-toolbox.md", "shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
     ],

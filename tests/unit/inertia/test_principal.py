@@ -214,6 +214,7 @@ def derivatives():
     return of
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("gap", [1.0, 1e-6, 1e-12])
 def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap, derivatives):
     inertia = rotated_tensor((1.0, 1.0 + gap, 1.0 + 2.1 * gap if gap == 1 else 2.4), 5)

@@ -71,13 +71,9 @@ CASES = {
     "sparse": {"end": 200.0, "outputs": 40},
     "one output": {"outputs": 1, "end": 1e-9},
 }
-FEW = ("symmetric", "wobble", "one output")  # the others are drawn in the full tests
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=() if n == "racket" else pytest.mark.slow if n in FEW else pytest.mark.full) for n in CASES],
-)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n == "racket" else pytest.mark.full) for n in CASES])
 def test_every_kind_of_attitude_can_be_drawn(name):
     series = free_top(**CASES[name])
     assert has_attitude(series)
@@ -113,10 +109,9 @@ def variants():
     }  # fmt: skip
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("rigid", "skipped")]
-
-
-@pytest.mark.parametrize("name", ["scaling", *SLOW])
+@pytest.mark.parametrize(
+    "name", ["scaling", *(pytest.param(name, marks=pytest.mark.full) for name in ("rigid", "skipped"))]
+)
 def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, monkeypatch):
     records, metadata, expected = variants()[name]
     series = headline(records, metadata)

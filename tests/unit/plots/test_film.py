@@ -254,7 +254,14 @@ def test_what_cannot_be_done_gets_one_sentence(arguments, words, tmp_path, capsy
     assert [each.name for each in tmp_path.iterdir()] == ["star.nc"]
 
 
-@pytest.mark.parametrize("name", ["-y.mp4", "md5:x.mp4", "tcp:127.0.0.1:9/film.mp4"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "-y.mp4",
+        pytest.param("md5:x.mp4", marks=pytest.mark.full),
+        pytest.param("tcp:127.0.0.1:9/film.mp4", marks=pytest.mark.full),
+    ],
+)
 def test_a_path_is_neither_an_option_nor_an_address(tmp_path, monkeypatch, series, name):
     program = tmp_path / "ffmpeg"
     program.write_text(

@@ -73,7 +73,13 @@ def assert_legible(figure):
             assert across < 2 or upward < 2, f"{name!r} lies on {other!r}"
 
 
-@pytest.mark.parametrize("name", list(pictures.FIGURES))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in ("spin", "energy", "inertia", "ledger") else pytest.mark.full)
+        for name in list(pictures.FIGURES)
+    ],
+)
 def test_figures_are_legible(series, name):
     figure = pictures.FIGURES[name](series)
     assert figure.axes
@@ -81,7 +87,7 @@ def test_figures_are_legible(series, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("draw", [plots.density_figure, plots.projection_figure])
+@pytest.mark.parametrize("draw", [pytest.param(plots.density_figure, marks=pytest.mark.full), plots.projection_figure])
 def test_pictures_of_the_fluid_are_legible(draw, series, snapshots):
     assert_legible(draw(series, snapshots))
 

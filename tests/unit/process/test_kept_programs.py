@@ -84,6 +84,7 @@ def test_the_process_that_compiles_a_program_rounds_as_those_that_find_it(tmp_pa
     assert output_of(SUMS, tmp_path) == compiled
 
 
+@pytest.mark.full
 def test_programs_that_different_processes_compiled_do_not_mix(tmp_path):
     """Functions made with other constants have the same name, types and, each in its process, number: once taken for
     each other, they gave wrong sums over pairs.

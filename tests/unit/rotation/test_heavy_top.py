@@ -25,7 +25,15 @@ CASES = {  # A, C, M, tilt, rates about the line of nodes, across it and about t
 START = (0.4, -0.9)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name, marks=() if name in ("loops", "swinging", "from upright", "sleeping", "fast") else pytest.mark.full
+        )
+        for name in CASES
+    ],
+)
 def test_the_closed_form_follows_the_equations_of_motion(name):
     case = CASES[name]
     top = heavy_top.heavy_top(*case)

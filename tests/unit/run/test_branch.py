@@ -46,7 +46,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # What it is
 
 
-@pytest.mark.parametrize("setting", ['engine="numba_cpu"', 'timesteps="individual"'])
+@pytest.mark.parametrize(
+    "setting", [pytest.param('engine="numba_cpu"', marks=pytest.mark.full), 'timesteps="individual"']
+)
 def test_a_branch_with_nothing_changed_goes_on_as_the_run_does(star, tmp_path, setting) -> None:
     whole = opened(astroinertia.run_scene(loads(STAR, ["time.end=0.8", f"numerics.{setting}"]), tmp_path / "whole"))
     settings = ["time.end=0.8", f"numerics.{setting}"]

@@ -129,7 +129,9 @@ def test_quantities_have_units_and_what_follows_is_there(tmp_path: Path) -> None
     assert repr(first) == "RunState(time=0 s, step=0, model='sph', 100 particles)"
 
 
-@pytest.mark.parametrize(("scene", "every"), [(TOP, None), (TOP, "4 s"), (PULSAR, None)])
+@pytest.mark.parametrize(
+    ("scene", "every"), [pytest.param(TOP, None, marks=pytest.mark.full), (TOP, "4 s"), (PULSAR, None)]
+)
 def test_models_without_particles_are_seen_at_their_records(scene: Any, every: Any, tmp_path: Path) -> None:
     states: list[Any] = []
     file = astroinertia.run_scene(scene, tmp_path / "seen", callback=states.append, every=every)
@@ -315,7 +317,11 @@ class Clock:
 
 @pytest.mark.parametrize(
     ("takes", "shortest", "longest", "steps"),
-    [(0.0, 0.2, 0.5, 40), (0.05, 1.0, 1.6, 80), (100.0, 5.0, 5.2, 200)],  # seconds of one word, and between two
+    [
+        (0.0, 0.2, 0.5, 40),
+        pytest.param(0.05, 1.0, 1.6, 80, marks=pytest.mark.full),
+        pytest.param(100.0, 5.0, 5.2, 200, marks=pytest.mark.full),
+    ],  # seconds of one word, and between two
 )
 def test_what_a_run_says_takes_little_of_its_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, takes: float, shortest: float, longest: float, steps: int

@@ -90,7 +90,7 @@ def opened(path: Any) -> Any:
     ("text", "settings", "end"),
     [
         pytest.param(STAR, [], "time.end=0.8", marks=pytest.mark.full),
-        (STAR, ['numerics.timesteps="individual"'], "time.end=0.8"),
+        pytest.param(STAR, ['numerics.timesteps="individual"'], "time.end=0.8", marks=pytest.mark.full),
         pytest.param(WHEEL, [], 'time.end="4 s"', marks=pytest.mark.full),
         (WHEEL, ['numerics.integrator="splitting"'], 'time.end="4 s"'),
         pytest.param(DROP, [], "time.end=4.0", marks=pytest.mark.full),

@@ -39,7 +39,15 @@ def times_of(every: float, end: float) -> np.ndarray:
     return np.append(np.arange(0.0, end * (1.0 - 1e-9), every), end)
 
 
-@pytest.mark.parametrize("name", ONE_OF_EACH)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name, marks=() if name in ("global steps", "individual steps", "rigid", "scaling") else pytest.mark.full
+        )
+        for name in ONE_OF_EACH
+    ],
+)
 def test_records_and_snapshots_are_of_the_times_asked_for(name: str, tmp_path: Path) -> None:
     scene, settings = ONE_OF_EACH[name]
     tree = astroinertia.open_tree(

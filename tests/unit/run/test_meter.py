@@ -4,6 +4,7 @@ import io
 import re
 
 import nbformat
+import pytest
 from nbclient import NotebookClient
 from rich.console import Console
 
@@ -81,6 +82,7 @@ scene = {"name": "top", "model": "rigid", "body": body, "effects": [], "numerics
 """
 
 
+@pytest.mark.full
 def test_a_cell_of_a_notebook_shows_a_bar_by_itself_or_nothing(tmp_path):
     cells = [f"astroinertia.run_scene(scene, {str(tmp_path / name)!r}{more}).name"
              for name, more in (("shown", ""), ("silent", ", progress=False"))]  # fmt: skip

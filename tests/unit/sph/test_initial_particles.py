@@ -68,7 +68,7 @@ def test_ellipsoid_energy_of_a_maclaurin_spheroid():
 
 @pytest.mark.parametrize("placement", ["lattice", "glass", "random"])
 @pytest.mark.parametrize("name", PROFILES)
-@pytest.mark.parametrize("count", [4, 157, 500])
+@pytest.mark.parametrize("count", [4, pytest.param(157, marks=pytest.mark.full), 500])
 def test_count_centre_and_moment(name, placement, count):
     profile = PROFILES[name]
     points = place(profile, count, placement, seed=3)

@@ -92,7 +92,13 @@ def test_a_scene_turns_as_its_star_does():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("setting", "value"),
-    [("t_over_w", 0.03), ("rate", 0.12), ("angular_momentum", 0.5), ("breakup_fraction", 0.4), ("period", 52.0)],
+    [
+        ("t_over_w", 0.03),
+        ("rate", 0.12),
+        pytest.param("angular_momentum", 0.5, marks=pytest.mark.full),
+        pytest.param("breakup_fraction", 0.4, marks=pytest.mark.full),
+        pytest.param("period", 52.0, marks=pytest.mark.full),
+    ],
     ids=lambda part: str(part),
 )
 def test_a_scene_gives_one_measure_of_its_own(setting, value):

@@ -198,6 +198,7 @@ def test_the_plan_says_what_is_in_the_table(tmp_path):
         assert words in text
 
 
+@pytest.mark.full(inputs=["sims/evrard.toml"])
 def test_the_example_of_swift_runs_as_it_stands(tmp_path):
     """Evrard's sphere in the middle of SWIFT's box of 100: energies are those of the problem, for G is 1."""
     count = 100

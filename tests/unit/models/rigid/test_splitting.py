@@ -30,7 +30,9 @@ def energy(state, moments=MOMENTS):
     return 0.5 * float(np.sum(np.asarray(state.momentum_in_body) ** 2 / moments))
 
 
-@pytest.mark.parametrize("order", [2, 4, 6, 8])
+@pytest.mark.parametrize(
+    "order", [pytest.param(2, marks=pytest.mark.full), 4, pytest.param(6, marks=pytest.mark.full), 8]
+)
 def test_each_composition_has_its_order(order):
     exact = free_top.angular_velocity(free_top.free_top(MOMENTS, SPIN), np.array([10.0]))[0]
     steps = {2: 100, 4: 50, 6: 30, 8: 30}[order]
