@@ -113,7 +113,7 @@ def outputs_of(archive: Archive) -> dict[int, dict]:
     }
 
 
-@pytest.mark.parametrize("damages", [150, pytest.param(500, marks=pytest.mark.full)])
+@pytest.mark.parametrize("damages", [100, pytest.param(500, marks=pytest.mark.full)])
 def test_no_damage_to_a_file_goes_unnoticed_and_an_interval_at_most_is_lost(tmp_path, quick_disk, damages):
     """A bit flipped or an end cut off, at random, in one file of each of so many run folders."""
     chance = random.Random(3)

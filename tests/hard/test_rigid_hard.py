@@ -46,7 +46,7 @@ def pushed(moments, turning, torque, settings, **struck):
     return under_way(moments, turning, effect("constant_torque", vector=torque), blows, settings=settings)
 
 
-@both
+@each
 @pytest.mark.parametrize("name", BODIES)
 def test_extreme_moments_turn_as_the_closed_form_says(name, settings):
     moments, rates = (np.array(each) for each in BODIES[name])

@@ -33,6 +33,7 @@ def test_mass_shedding_is_a_cusp_and_converges():
     assert fall[1] / fall[0] == pytest.approx(2.0, rel=0.02)  # a smooth equator would give 4
 
 
+@pytest.mark.full
 def test_published_star_next_to_mass_shedding():
     """Yoshida 2022: f = 0.4425 of at most 0.443022, given to four digits; q changes fastest there."""
     [entry] = [each for each in ENTRIES if each["inputs"].get("f_oblateness=1-Rp/Re") == 0.4425]

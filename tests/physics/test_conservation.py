@@ -128,8 +128,8 @@ def test_the_few_scenes_have_every_effect_that_any_scene_lists() -> None:
 # Those that compile loops over pairs for themselves alone, or are much like another one: test_effect_checks has their
 # effects by plain sums, test_box the ledger of sod.
 LONGER = (
-    "contracting_star", "jacobi_by_viscosity", "made_to_order", "neutron_star", "pulsar_collapse", "sod",
-    "tidal_disruption",
+    "contracting_star", "deleptonising_core", "jacobi_by_viscosity", "made_to_order", "neutron_star",
+    "pulsar_collapse", "sod", "tidal_disruption",
 )  # fmt: skip
 
 

@@ -135,6 +135,7 @@ def test_second_moments_of_a_region_follow_from_the_particles_kicked_and_drifted
         assert np.abs(change - matter - crossed).max() < 1e-14
 
 
+@pytest.mark.full
 def test_a_region_of_everything_is_the_body(run):
     data = run().sel(region="everything")
     for name in (

@@ -173,6 +173,7 @@ def test_a_run_goes_on_bit_for_bit_and_names_what_is_missing(torus, tmp_path, mo
     assert astroinertia.resume(tmp_path / "parts") == parts  # finished: it needs nothing any more
 
 
+@pytest.mark.full
 def test_it_turns_as_a_rigid_body(torus, tmp_path) -> None:
     text = 'model = "rigid"\n' + BODY + "[effects]\n[time]\nend = 0.3\n"
     found = astroinertia.open(astroinertia.run_scene(loads(text, effects=[torus]), tmp_path / "run"))

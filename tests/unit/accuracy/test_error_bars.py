@@ -288,7 +288,8 @@ def judged(case, *settings, folder):
                        "output.series_every='0.5 s'"), marks=pytest.mark.full),
         pytest.param("riemann", ("time.end=12", "output.series_every=6", "numerics.tolerance=1e-5"),
                      marks=pytest.mark.full),
-        pytest.param("maclaurin", ("time.end=5", "output.series_every=2.5", "numerics.tolerance=1e-8"), marks=pytest.mark.full),
+        pytest.param("maclaurin", ("time.end=5", "output.series_every=2.5", "numerics.tolerance=1e-8"),
+                     marks=pytest.mark.full),
     ],
 )  # fmt: skip
 def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, tmp_path):

@@ -37,6 +37,7 @@ def exact(axes):
         return [float(symbol) for symbol in symbols], float(mpmath.elliprf(*squares))
 
 
+@pytest.mark.full
 def test_index_symbols_energy_and_tensor():
     axes = np.array(AXES, dtype=float)
     with jax.enable_x64(True):

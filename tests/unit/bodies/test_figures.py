@@ -93,7 +93,7 @@ def test_the_bessel_series_agrees(q):
     assert figure.gravitational_energy == pytest.approx(exact.gravitational_energy, rel=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 @pytest.mark.parametrize(
     "entry", entries("rotating_polytrope_published"), ids=lambda entry: str([*entry["inputs"].values()])
 )

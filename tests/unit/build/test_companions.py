@@ -56,7 +56,7 @@ def test_the_torque_of_a_scene_and_its_reaction():
         assert np.abs(coupled.total_angular_momentum() - momentum).max() < 1e-15 * np.linalg.norm(momentum)
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_orbits_come_out_of_an_archive(tmp_path):
     moon = Companion("moon", 0.3, semi_major_axis=1.0, eccentricity=0.2, inclination=0.3)
     bodies = simulation(1.0, [moon])

@@ -26,7 +26,10 @@ from tests.sims import single_scenes
 ROOT = Path(__file__).parents[3]
 SIMS = single_scenes()
 # Scenes that take long to predict: in the full tests.
-LONGER = ("accretion_induced_collapse", "jacobi_by_viscosity", "progenitor_collapse", "pulsar_collapse", "square")
+LONGER = (
+    "accretion_induced_collapse", "core_collapse", "jacobi_by_viscosity", "progenitor_collapse", "pulsar_collapse",
+    "square",
+)  # fmt: skip
 STAR = """
 name = "star"
 units = "code"

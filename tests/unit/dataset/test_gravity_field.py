@@ -88,7 +88,10 @@ def test_in_principal_axes_j2_is_that_of_the_principal_moments(tree) -> None:
         sweep.inertia.gravity_field()
 
 
-@pytest.mark.parametrize("model", ["ellipsoid", pytest.param("rigid", marks=pytest.mark.full), "scaling"])
+@pytest.mark.parametrize(
+    "model",
+    ["ellipsoid", pytest.param("rigid", marks=pytest.mark.full), pytest.param("scaling", marks=pytest.mark.full)],
+)
 def test_a_polytrope_has_the_field_of_its_similar_layers(model: str) -> None:
     """J_l over that of the homogeneous spheroid of its surface is (l + 3)/3 <s^l>, in closed form for n = 1."""
     body = STAR.replace("1.5", "1.0") + "axes = [1.0, 1.0, 0.8]\n"

@@ -63,6 +63,7 @@ def test_force_and_push_are_minus_the_slopes_of_the_potential(name):
     np.testing.assert_allclose(push, -along, atol=1e-14)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("kind", "options"),
     [

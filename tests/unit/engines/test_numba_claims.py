@@ -100,6 +100,7 @@ def called_meanwhile(descriptor: int, function: Any, then: Any) -> tuple[float, 
     return result[0], words, sum(happened.is_start for _, happened in recorder.buffer)
 
 
+@pytest.mark.full
 def test_what_another_process_compiles_is_waited_for_and_found(file) -> None:
     text = TEXT.format(more=os.getpid())
     with other(file, text) as child:

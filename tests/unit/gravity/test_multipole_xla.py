@@ -82,6 +82,7 @@ def test_every_pair_of_particles_is_in_the_lists_once_and_both_ways():
     assert {(a, b) for a, b in local} == {(b, a) for a, b in local}
 
 
+@pytest.mark.full
 def test_leaves_are_full_or_narrow_whatever_the_threads():
     position, _, _ = halo(1000)
     limit = np.where(np.arange(1000) % 2, 0.05, 0.5)

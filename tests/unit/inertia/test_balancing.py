@@ -186,10 +186,8 @@ def test_what_cannot_be_balanced_is_refused():
         balancing.best_holes(np.ones(2), np.ones(2), PLANES, masses=(0.05, 0.12), **many)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "extra", [[], pytest.param(["--remove"], marks=pytest.mark.full)], ids=["weights are added", "weights are removed"]
-)
+@pytest.mark.full(inputs=["sims/balanced_wheel.py"])
+@pytest.mark.parametrize("extra", [[], ["--remove"]], ids=["weights are added", "weights are removed"])
 def test_the_balanced_wheel_of_sims(extra, tmp_path):
     picture = tmp_path / "wheel.png"
     script = Path(__file__).parents[3] / "sims" / "balanced_wheel.py"

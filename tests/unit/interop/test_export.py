@@ -169,6 +169,7 @@ def test_accreted_particles_are_left_out_and_the_others_keep_their_numbers(run, 
         assert all(np.isfinite(values[:]).all() for values in gas.values())
 
 
+@pytest.mark.full
 def test_a_dimensionless_run_says_that_it_has_no_units(tmp_path):
     folder = finished(tmp_path / "plain", {"dimensionless": True, "kernel": "quintic"})
     bare = dataset.open_snapshots(folder).isel(snapshot_time=0).load()

@@ -106,7 +106,7 @@ def test_a_gas_converges_at_the_order_of_the_spline():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.full
 def test_pressures_are_those_of_tillotson_and_none_is_in_tension():
     """Away from corners of the equation to 1e-6 of K; at them by less than what a cell adds to P, which is 1% of K."""
     for material in (IRON, ROCK):

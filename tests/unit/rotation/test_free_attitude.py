@@ -24,6 +24,7 @@ SPECIAL = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", CASES)
 def test_any_order_of_moments_at_any_time(name):
     moments, spin = CASES[name]

@@ -124,7 +124,8 @@ def waited_for(condition: Any, seconds: float) -> Any:
 
 @two_cores
 @pytest.mark.parametrize(("number", "code"), [
-    (signal.SIGKILL, -9), pytest.param(signal.SIGINT, 130, marks=pytest.mark.full), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.full),
+    (signal.SIGKILL, -9), pytest.param(signal.SIGINT, 130, marks=pytest.mark.full),
+    pytest.param(signal.SIGTERM, 143, marks=pytest.mark.full),
 ])  # fmt: skip
 def test_the_second_process_ends_with_the_run(number: int, code: int, tmp_path) -> None:
     kept = TWO | {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "ASTROINERTIA_CACHE": str(tmp_path / "kernels")}

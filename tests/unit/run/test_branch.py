@@ -84,7 +84,10 @@ def test_what_is_changed_and_where_it_began_is_in_its_history(star, tmp_path) ->
     assert float(abs(ds.virial_mismatch.sel(effect="damping")).max()) < 1e-13
 
 
-@pytest.mark.parametrize(("at", "place"), [(0.25, "the snapshot 0 of"), (0.1, "its start"), (0.4, "the checkpoint ")])
+@pytest.mark.parametrize(
+    ("at", "place"),
+    [(0.25, "the snapshot 0 of"), pytest.param(0.1, "its start", marks=pytest.mark.full), (0.4, "the checkpoint ")],
+)
 def test_it_begins_with_the_last_state_before_its_time(star, tmp_path, at, place) -> None:
     ds = opened(astroinertia.branch(star, tmp_path / "branch", at, ["time.end=0.41"]))
     assert float(ds.time[0]) == pytest.approx(at, abs=1e-14)
@@ -149,10 +152,11 @@ def test_an_ellipsoid_branches_and_goes_on_bit_for_bit(tmp_path) -> None:
 
 
 # An effect that is added has a program of its own to compile, and one that is changed has not: one of each.
+@pytest.mark.full
 @pytest.mark.parametrize(
     ("integrator", "changed"),
     [
-        pytest.param("adaptive", "effects.internal_dissipation.time_scale=60 s", marks=pytest.mark.full),
+        ("adaptive", "effects.internal_dissipation.time_scale=60 s"),
         ("splitting", "effects.constant_torque.vector=['0 N m', '0 N m', '-0.5 N m']"),
     ],
     ids=["adaptive", "splitting"],

@@ -185,6 +185,7 @@ def test_a_run_that_its_callback_stops_is_saved_and_goes_on(scene: Any, tmp_path
     same_bits(file, plain if scene is STAR else astroinertia.run_scene(scene, tmp_path / "plain"))
 
 
+@pytest.mark.full
 def test_what_a_callback_raises_comes_out_once_the_run_is_saved(tmp_path: Path, plain: Path) -> None:
     def fail(state: Any) -> None:
         if state.step >= 10:

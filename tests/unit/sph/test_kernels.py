@@ -139,7 +139,9 @@ def test_newtonian_outside_and_continuous_at_the_support(name):
             assert abs(function(np, below) - function(np, above)) < 2e-14
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in ("cubic", "wendland_c2") else pytest.mark.full) for name in NAMES]
+)
 def test_finite_and_flat_at_the_origin(name):
     kernel = KERNELS[name]
     assert kernel.dw(np, 0.0) == pytest.approx(0.0, abs=1e-17)

@@ -34,8 +34,8 @@ def yielding(law):
     ("options", "number"),
     [
         ({"quality": 40.0}, lambda w: ELASTIC * (1 - 1j / 40.0) + 0 * w),
-        ({"time_lag": 0.01}, lambda w: ELASTIC * (1 - 0.01j * w)),
-        ({"relaxation_time": 0.3}, yielding(lambda w: maxwell(w, 0.3))),
+        pytest.param({"time_lag": 0.01}, lambda w: ELASTIC * (1 - 0.01j * w), marks=pytest.mark.full),
+        pytest.param({"relaxation_time": 0.3}, yielding(lambda w: maxwell(w, 0.3)), marks=pytest.mark.full),
         ({"relaxation_time": 50.0, "exponent": 0.3}, yielding(lambda w: andrade(w, 50.0, 0.3))),
     ],
 )

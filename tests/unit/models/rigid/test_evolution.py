@@ -86,6 +86,7 @@ def test_a_pendulum_has_the_period_of_the_elliptic_integral(settings):
     assert attitude(run)[2, 2] == pytest.approx(np.cos(2.0), abs=1e-9)
 
 
+@pytest.mark.full
 @both
 def test_a_pulsar_brakes_as_its_index_says(settings):
     # P^(n-1) grows in proportion to time.

@@ -8,7 +8,7 @@ import astroinertia
 from astroinertia.errors import NumericalError
 from astroinertia.models.rigid.evolution import RigidBody
 from astroinertia.models.rigid.passage import AT_ONCE
-from tests.rigid import ADAPTIVE, SPLITTING, both, effect, under_way
+from tests.rigid import ADAPTIVE, BEST, SPLITTING, effect, under_way
 from tests.sims import SIMS
 
 pytestmark = pytest.mark.slow  # each combination of effects is compiled
@@ -35,7 +35,9 @@ def same(left, right):
         assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
 
 
-@both
+@pytest.mark.parametrize(
+    "settings", [BEST["splitting"], pytest.param(BEST["adaptive"], marks=pytest.mark.full)], ids=BEST
+)
 def test_records_are_those_of_one_call_each_wherever_calls_begin(settings):
     single, several, resumed = (settling(settings) for _ in range(3))
     expected = []
