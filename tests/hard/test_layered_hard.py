@@ -56,6 +56,7 @@ def test_cores_that_vanish_or_fill_the_body(core, density, degree):
     assert slopes[1] * density + slopes[2] == pytest.approx(0, abs=1e-13)  # only the ratio of densities matters
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("degree", [2, 3, 8])
 def test_a_point_core_takes_all_response_away_as_its_mass_grows(degree):
     """k_l -> 3 q/(2l + 1) with q the mantle's density over the mean one, as the core takes all the mass."""

@@ -23,6 +23,7 @@ QUANTITIES = {
 }
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("entry", STEEP, ids=lambda entry: f"{entry['name']}-{entry['inputs']['n']}")
 def test_indices_near_five(entry):
     """Radii of thousands of core radii, k_8 of 1e-13: against 32-digit values (tolerance: 1e-9 is asked)."""

@@ -111,6 +111,7 @@ def test_constant_angular_momentum_digs_a_hollow_and_then_a_hole(scale):
     assert momentum[-1] / momentum[24] < 1 + 4 * scale**2 * 1.01
 
 
+@pytest.mark.full
 def test_small_scales_are_resolved_or_refused():
     """The core that turns is as narrow as A: what 96 harmonics make of it is checked against 192."""
     law = RotationLaw("j_constant", 0.01)

@@ -23,6 +23,7 @@ def test_colombos_integral_and_the_length_stay_for_a_billion_years():
     assert np.abs(np.linalg.norm(found.axis, axis=1) - 1).max() < 1e-15
 
 
+@pytest.mark.full
 def test_back_again_after_a_billion_years():
     """Reversed in time: from the last axis back to the first; round-off of two million steps, and no more."""
     times = np.array([0.0, GIGAYEAR])

@@ -171,6 +171,7 @@ def test_a_body_whose_pressure_is_too_great_is_said_to_fly_apart():
         relaxation.relax(problem, mass, position, 1e3 * entropy, **target)
 
 
+@pytest.mark.full
 def test_too_few_steps_are_not_enough():
     with pytest.raises(NumericalError, match=r"net acceleration is still .* after 5 steps"):
         relaxed(1.5, 300, max_steps=5)

@@ -31,7 +31,7 @@ def test_pendulums_give_gravity(printed):
     assert upper == lower and length == pytest.approx(1.0)  # the distance of the edges
 
 
-@pytest.mark.parametrize("cylinders", ["1", "4"])
+@pytest.mark.parametrize("cylinders", ["1", pytest.param("4", marks=pytest.mark.full)])
 def test_a_flywheel_of_the_moment_by_the_formula_smooths_to_a_hundredth(printed, cylinders):
     lines = printed("flywheel", "--cylinders", cylinders)
     assert numbers(lines, "that disc")[1] == pytest.approx(1.0, abs=4e-3)

@@ -60,6 +60,7 @@ def test_figures_of_equilibrium_are_closed_forms():
     assert spheroid.values["angular_velocity"][2] == SCENES["maclaurin"].scene().body.rotation.rate
 
 
+@pytest.mark.full
 def test_a_figure_out_of_equilibrium_is_integrated():
     found = of("maclaurin", "body.rotation.rate=0.3")
     assert "DOP853" in found.source

@@ -214,7 +214,13 @@ CASES = [
     *((SCENE, [], *wrong) for wrong in WRONG),
     pytest.param(SCENE, ['numerics.engine="xla"'], *WRONG[2], marks=pytest.mark.full),
     pytest.param(RIGID, ["output.series_every='0.1 s'"], *WRONG[2], marks=pytest.mark.full),
-    (RIGID, ["output.series_every='0.1 s'"], lambda zero: zero + 3.0 * u.km, r"; its state has plain numbers in SI\.$"),
+    pytest.param(
+        RIGID,
+        ["output.series_every='0.1 s'"],
+        lambda zero: zero + 3.0 * u.km,
+        r"; its state has plain numbers in SI\.$",
+        marks=pytest.mark.full,
+    ),
 ]
 
 

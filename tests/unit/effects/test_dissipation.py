@@ -133,6 +133,7 @@ def test_the_switch_keeps_differential_rotation_almost_free_of_viscosity() -> No
     assert heats[2] < 0.01 * heats[0]
 
 
+@pytest.mark.full
 def test_viscosity_heats_every_particle_with_what_it_takes_from_the_motion() -> None:
     position, random = ball(), np.random.default_rng(5)
     for options in ({}, {"switch": "none"}, {"switch": "none", "limiter": "guarded_reconstruction"}):
@@ -402,7 +403,7 @@ def test_the_shear_limiter_is_for_relative_velocities() -> None:
         catalogue.build("conduction", {"limiter": "shear", "signal": "pressure_jump"})
 
 
-@pytest.mark.parametrize("signal", ["relative_velocity", "pressure_jump"])
+@pytest.mark.parametrize("signal", ["relative_velocity", pytest.param("pressure_jump", marks=pytest.mark.full)])
 def test_strong_conduction_limits_the_step_so_that_no_particle_leaves_the_range_of_temperatures(signal: str) -> None:
     """A stable explicit step makes each thermal energy a mean of those around: its range only shrinks."""
     position, random = ball(120), np.random.default_rng(6)

@@ -97,7 +97,7 @@ def net_force(mass, acceleration):
     [
         ("float64", 1500, (3e-4,)),
         pytest.param("float64", 4000, (3e-4, 1e-4), marks=pytest.mark.full),
-        ("mixed", 2000, (3e-4, 1e-4)),
+        pytest.param("mixed", 2000, (3e-4, 1e-4), marks=pytest.mark.full),
     ],
 )
 def test_errors_are_what_was_asked_for_and_net_force_is_nil(precision, count, accuracies):

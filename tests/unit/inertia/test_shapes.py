@@ -239,7 +239,10 @@ def test_regular_polyhedra_are_their_tetrahedra(faces):
     np.testing.assert_allclose(shapes.regular_polyhedron(2.0, 1.3, faces).inertia, total, rtol=1e-13, atol=1e-13)
 
 
-@pytest.mark.parametrize(("name", "corners"), [("triangle_plate", TETRAHEDRON[:3]), ("tetrahedron", TETRAHEDRON)])
+@pytest.mark.parametrize(
+    ("name", "corners"),
+    [pytest.param("triangle_plate", TETRAHEDRON[:3], marks=pytest.mark.full), ("tetrahedron", TETRAHEDRON)],
+)
 def test_random_points_of_simplices(name, corners):
     # Sorted uniform numbers cut 0..1 into shares of the corners that are uniform over the simplex.
     cuts = np.sort(qmc.Sobol(len(corners) - 1, seed=1).random(2**16), axis=1)

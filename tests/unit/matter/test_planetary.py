@@ -39,7 +39,7 @@ MATERIALS = {
 
 TILLOTSON = ("granite", "basalt", "iron (Tillotson)", "ice (Tillotson)")
 # Tillotson's cold curve takes seconds to compile.
-NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in TILLOTSON else name for name in MATERIALS]
+NAMES = [pytest.param(name, marks=pytest.mark.full) if name in TILLOTSON else name for name in MATERIALS]
 
 
 @pytest.mark.full

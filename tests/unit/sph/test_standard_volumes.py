@@ -100,6 +100,7 @@ def test_the_density_is_sharp_where_materials_meet(text):
     assert sharp[0] / sharp[1] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.full
 def test_a_full_surface_has_the_density_of_the_planet(text):
     """Only particles whose kernels reach out of the planet are changed; sums are short of a third there."""
     ratios = {}

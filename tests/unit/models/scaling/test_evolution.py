@@ -224,6 +224,7 @@ def test_a_field_brakes_as_its_conventions_say():
     assert found["torque"][0, 2] * units.unit("energy") == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.full
 def test_torques_on_a_body_that_shrinks():
     torque = "[effects.constant_torque]\nvector = [0.0, 0.0, -0.01]\nbegin = 0.3\nuntil = 0.8\n"
     body = evolution(SCENES["prescribed"] + torque)

@@ -106,8 +106,8 @@ def test_effects_between_neighbours_are_refused_beside_it() -> None:
         loads(SCENE + "[effects.pressure]\n")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
+@pytest.mark.full
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_a_scene_of_planets_runs(timesteps: str, tmp_path: Path) -> None:
     mass, position, velocity, speed = planets()
     rows = np.column_stack([position, velocity, mass])
