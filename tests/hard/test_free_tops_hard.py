@@ -44,7 +44,9 @@ def test_extreme_bodies_and_spins_to_a_million_periods(body, spin):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("offset", [1e-2, 1e-8, 1e-15, -1e-15, -1e-8])
+@pytest.mark.parametrize(
+    "offset", [1e-2, 1e-8, 1e-15, -1e-15, -1e-8], ids=["1e-2", "1e-8", "1e-15", "less 1e-15", "less 1e-8"]
+)
 @pytest.mark.parametrize("body", [[1.0, 1.5, 3.0], [1.0, 1.5, 1e6], [1e-6, 1.0, 1.0 + 1e-6]])
 def test_next_to_the_separatrix(body, offset):
     least, middle, most = body

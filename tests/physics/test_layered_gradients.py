@@ -24,7 +24,7 @@ def by_differences(function, at, step=3e-3):
     return np.array(out)
 
 
-# Both kinds of layer; flattening, pressure and the other pairs: test-full.
+# Of layers of constant density; linear ones, flattening, pressure and the other pairs: test-full.
 QUANTITIES = ("moment_ratio", "k2", "k5", "flattening", "pressure")
 FEW = {("moment_ratio", "constant"), ("k5", "constant")}
 PAIRS = [

@@ -1,7 +1,7 @@
 """Examples in docstrings: every public function of the rooms below has one, and all of them are run.
 
-Those of EXPENSIVE take about a second or more each and run with the full tests, the others together some thirty
-seconds where nothing is compiled yet.
+Those of EXPENSIVE take half a second or more each and run with the full tests, the others together some thirty seconds
+where nothing is compiled yet.
 
 They are run in the namespace of their module, with `np`, in a folder that has sims/, the scenes, and two finished runs:
 runs/star, a star that falls together (its dataset is `ds`), and runs/sweep, of two members.

@@ -153,7 +153,13 @@ def test_all_parts_of_a_step_are_timed():
 
 
 @pytest.mark.parametrize(
-    "file", [pytest.param(path, id=path.stem, marks=pytest.mark.full if path.stem in LONGER else ()) for path in SIMS]
+    "file",
+    [
+        pytest.param(
+            path, id=path.stem, marks=pytest.mark.full(inputs=[f"sims/{path.name}"]) if path.stem in LONGER else ()
+        )
+        for path in SIMS
+    ],
 )
 def test_every_scene_is_predicted_or_says_why_not(file):
     scene = load.load_file(file)

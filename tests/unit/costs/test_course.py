@@ -19,6 +19,7 @@ PREDICTED = [
     *("rotating_star", "sedov", "sod", "square", "strong_tube"),
     *("accretion_induced_collapse", "core_collapse", "tidal_disruption"),
 ]
+FEW = ("core_collapse", "evrard", "giant_impact", "gresho", "sod", "spinning_planet")  # all of them: test-full
 
 
 @pytest.fixture(autouse=True)
@@ -29,12 +30,7 @@ def own_cache(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(
-            name,
-            marks=()
-            if name in ("core_collapse", "evrard", "giant_impact", "gresho", "sod", "spinning_planet")
-            else pytest.mark.full,
-        )
+        pytest.param(name, marks=() if name in FEW else pytest.mark.full(inputs=[f"sims/{name}.toml"]))
         for name in PREDICTED
     ],
 )

@@ -45,7 +45,7 @@ def test_angular_momentum_holds_up_what_turns():
     np.testing.assert_allclose(followed(turning, 1.0)[-1].density, 3 / (4 * math.pi), rtol=1e-3)
 
 
-@pytest.mark.full
+@pytest.mark.full(inputs=["sims/pulsar_collapse.toml", "sims/core_collapse.toml", "data/references.toml"])
 @pytest.mark.parametrize("name", ["pulsar_collapse", "core_collapse"])
 def test_cores_bounce_when_grids_say(name):
     """Grids of our own, in two dimensions (data/references.toml): the time to 6 %, the density to a fifth."""

@@ -37,7 +37,12 @@ def escaping():
 
 
 @pytest.mark.parametrize(
-    "scale", [1.0, pytest.param(1e-20, marks=pytest.mark.full), pytest.param(1e20, marks=pytest.mark.full)]
+    "scale",
+    [
+        1.0,
+        pytest.param(1e-20, id="tiny", marks=pytest.mark.full),
+        pytest.param(1e20, id="huge", marks=pytest.mark.full),
+    ],
 )
 def test_lists_hold_what_a_leaf_needs_and_little_else(escaping, scale):
     """Whatever the unit of length: in squares of these, float32 would run out of its range."""

@@ -43,7 +43,7 @@ def times_of(every: float, end: float) -> np.ndarray:
     "name",
     [
         pytest.param(
-            name, marks=() if name in ("global steps", "individual steps", "rigid", "scaling") else pytest.mark.full
+            name, marks=pytest.mark.full(inputs=["sims/riemann_ellipsoid.toml"]) if name == "ellipsoid" else ()
         )
         for name in ONE_OF_EACH
     ],
