@@ -124,6 +124,7 @@ def test_love_numbers_of_hinderer(row):
     assert star(equation, central_enthalpy=eta).tidal_love_number == pytest.approx(printed, rel=0.015)
 
 
+@pytest.mark.full
 def test_stars_of_read_2009():
     """Maximum masses and radii of 1.4 Msun for which Table III of Read et al. is quoted, with its error of each fit.
 

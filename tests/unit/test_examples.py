@@ -128,7 +128,9 @@ LONG = {
     *("studies.sampling.sample", "studies.sampling.diagnostics", "studies.sampling.summary"),
     *("studies.slow_spin_up", "studies.spinup.core_to_neutron_star", "studies.spinup.star_of_baryons"),
 }
-SCENES = ["sims/one_star_three_models.toml", "sims/tennis_racket.toml"]  # of the expensive examples
+SCENES = [  # and data of the expensive examples
+    *("data/prem.csv", "sims/core_to_pulsar_scaling.toml", "sims/one_star_three_models.toml", "sims/tennis_racket.toml")
+]
 SWEEP = """
 name = "sweep"
 model = "scaling"

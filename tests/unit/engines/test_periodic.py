@@ -62,7 +62,7 @@ CUBE, SLAB, THIN = (1.0, 1.0, 1.0), (1.0, np.inf, 0.7), (1.0, 1.0, 0.25)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("images", [1, periodic.IMAGES_OF_FEW])
+@pytest.mark.parametrize("images", [1, pytest.param(periodic.IMAGES_OF_FEW, marks=pytest.mark.full)])
 @pytest.mark.parametrize(
     ("lengths", "cells"),
     [(CUBE, 2), (SLAB, 2), pytest.param(THIN, 5, marks=pytest.mark.full)],

@@ -21,7 +21,7 @@ def limit(position, velocity, h, step=1e9, xp=np):
         return float(contact_limit(xp, *(xp.asarray(a) for a in (position, velocity, h)), SUPPORT, step))
 
 
-@pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])
+@pytest.mark.parametrize("xp", [np, pytest.param(jnp, marks=pytest.mark.full)], ids=["numpy", "jax"])
 def test_two_particles_may_step_until_they_are_half_a_smoothing_length_deep(xp):
     gap = 10.0 - SUPPORT * 0.2
     found = limit([[0, 0, 0], [10, 0, 0]], [[3, 0, 0], [-1, 0, 0]], [0.1, 0.2], xp=xp)
@@ -74,7 +74,7 @@ def test_it_does_not_depend_on_the_frame_nor_on_the_origin():
     assert limit(position + 100.0, velocity - 1000.0, 0.01) == pytest.approx(here, rel=1e-9)
 
 
-@pytest.mark.parametrize("xp", [np, jnp], ids=["numpy", "jax"])
+@pytest.mark.parametrize("xp", [np, pytest.param(jnp, marks=pytest.mark.full)], ids=["numpy", "jax"])
 def test_matter_without_energy_does_not_limit_the_step(xp: Any) -> None:
     """A cold solid's energy is zero but for the error of its table, of either sign: no step may be negative by that."""
     energy = xp.asarray([2.0, 2.0, -1e-5, 0.0, -1e-5])
