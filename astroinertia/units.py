@@ -142,11 +142,17 @@ def si_unit(dimension: str | Dimension) -> str:
     """
     exponents = dimension_of(dimension)
     parts = [
-        symbol if power == 1 else f"{symbol}({Fraction(power)})" if power % 1 == 0.5 else f"{symbol}{power:g}"
+        symbol if power == 1 else f"{symbol}{power:g}" if power % 1 == 0 else f"{symbol}({_as_fraction(power)})"
         for symbol, power in zip(("kg", "m", "s"), exponents, strict=True)
         if power != 0
     ]
     return " ".join(parts) if parts else "1"
+
+
+def _as_fraction(power: float) -> str:
+    """A power as people write it: -2/3."""
+    near = Fraction(power).limit_denominator(20)
+    return str(near) if abs(float(near) - power) < 1e-9 else f"{power:.12g}"
 
 
 def quantity(text: str, dimension: str | Dimension) -> float:

@@ -27,6 +27,7 @@ from astroinertia.units import CodeUnits
 
 Moments = tuple[float, np.ndarray, np.ndarray, float | None, np.ndarray | None]
 """Mass, principal moments, axes as rows, energy of self-gravity, and L where the body itself says it."""
+_ROUND_OFF = 1e-15  # of a moment, over the sum of the three
 
 
 def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
@@ -215,10 +216,10 @@ def _spin(
     per_rate = float(np.linalg.norm(inertia @ along))
     if not amount:
         return np.zeros(3)
+    if per_rate <= _ROUND_OFF * np.trace(inertia):
+        raise SceneError("[body.rotation] is about a rod's own axis, about which it has no moment.")
     if "rate" in amount:
         return amount["rate"] * along
-    if per_rate == 0.0:
-        raise SceneError("[body.rotation] is about a rod's own axis, about which it has no moment.")
     if "angular_momentum" in amount:
         return amount["angular_momentum"] / per_rate * along
     assert energy is not None  # amount has seen to it

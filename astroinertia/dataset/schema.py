@@ -47,6 +47,8 @@ def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame
         return "the region is empty throughout" if "gravity" in effects else "the scene lists no gravity"
     if name == "figure_rotation_rate":
         return "the principal axes are undefined throughout: moments are equal within the tolerance"
+    if name in ("angular_velocity", "angular_speed", "rotational_energy"):
+        return "the body has no moment about one axis, so that its rotation about it is not defined"
     return UNRECORDED
 
 

@@ -173,6 +173,8 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
             # One constant, of the centre, holds up matter of another exponent there alone.
             thin = density / density[0]
             triple *= float(weights @ thin ** (gamma - 1.0)) / float(weights @ thin ** (1.0 / body.polytropic_index))
+    # Of a gas at one temperature, what it would have as a monatomic one.
+    gamma = MONATOMIC if fluid is not None and fluid.kind == "isothermal" else gamma
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
 
 

@@ -47,6 +47,8 @@ class Fluid(Part):
     """Its place in lists of all kinds."""
     thermal_key: ClassVar[str] = ""
     """The key that says its thermal_gamma."""
+    barotropic: ClassVar[bool] = False
+    """Whether its pressure follows from the density alone, so that a body has no heat of its own."""
     made_by: ClassVar[str] = ""
     """The function, of a module of astroinertia.build, that makes it where `matter` cannot."""
 
@@ -59,6 +61,11 @@ class Fluid(Part):
     def thermal_gamma(self) -> float | None:
         """Exponent of the thermal part A rho^gamma, which dissipation heats; None without one."""
         return getattr(self, self.thermal_key) if self.thermal_key else None
+
+    @property
+    def pressure_key(self) -> str | None:
+        """The key that alone says how high the pressure is; None where it is that of the body's equilibrium."""
+        return "constant" if getattr(self, "constant", FROM_BODY) != FROM_BODY else None
 
     @property
     def pieces(self) -> tuple[tuple[float, float], ...]:

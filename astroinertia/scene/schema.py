@@ -410,6 +410,7 @@ class Scene(Part, metaclass=_Called):
                 f"[equation_of_state] {fluid.name} has a thermal part, which an equation of state that is not built in "
                 f"may have in the models {' and '.join(fluid.entry.models)}, not in {model}."
             )
+        self._has_heat_that_counts()
         body.check(whole)
         if model != "sph" and getattr(body, "perturbation", None) is not None:
             raise ValueError(f"[body.perturbation] needs particles: model sph, not {model}.")
@@ -421,6 +422,20 @@ class Scene(Part, metaclass=_Called):
             self._can_be_in_a_box()
         if model != "sph" and self.output.series_steps is not None:
             raise ValueError("[output] series_steps counts the steps of particles; give series_every.")
+
+    def _has_heat_that_counts(self) -> None:
+        """Nothing that is written about the heat of the body goes unused."""
+        fluid, body = self.equation_of_state, self.body
+        if fluid is None:
+            return
+        if fluid.barotropic and getattr(body, "specific_internal_energy", None) is not None:
+            raise ValueError(
+                "[body] specific_internal_energy needs matter that can be warm: the pressure of the kind "
+                f"{fluid.kind} follows from the density alone."
+            )
+        key = fluid.pressure_key
+        if key is not None and getattr(body, "pressure_fraction", None) is not None:
+            raise ValueError(f"[body] pressure_fraction has no say where [equation_of_state] {key} gives the pressure.")
 
     def _can_be_in_a_box(self) -> None:
         if self.model != "sph":

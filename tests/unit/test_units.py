@@ -133,6 +133,10 @@ def test_pressure_constant_makes_a_pressure():
     made = tuple(k + gamma * d for k, d in zip(constant, density, strict=True))
     assert made == pytest.approx(DIMENSIONS["pressure"], abs=1e-14)
     assert quantity("1e14 cm4 g^(-2/3) s-2", constant) == pytest.approx(1e14 * 1e-8 * 100.0, rel=1e-13)
+    for exponent in (gamma, 4.0 / 3.0, 1.5, 1.333, 2.7182818):
+        constant = units.pressure_constant_dimension(exponent)
+        unit = units.si_unit(constant)  # as messages and attributes of datasets have it
+        assert quantity(f"2 {unit}", constant) == pytest.approx(2.0), unit
 
 
 def test_code_units_make_the_gravitational_constant_one():

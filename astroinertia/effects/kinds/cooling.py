@@ -9,6 +9,7 @@ from astroinertia.effects.heat_exchange import changing_time, heat_change
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.units import Option, choice, not_negative, positive
 
+NO_TIME = 1e-9  # of the time scale at first: one that falls has come to zero there
 COLD = 1e-20  # of the reference energy: below it a power law falls no further
 
 
@@ -101,8 +102,11 @@ class Cooling(Effect):
             return factor[0] / self.time_scale
         if self.time_scale_change is None:
             return none + 1.0 / self.time_scale
-        # At the moment when tau has fallen to zero there is nothing left to radiate.
-        return none + 1.0 / xp.maximum(self.time_scale + fluid.time * self.time_scale_change, 1e-9 * self.time_scale)
+        return none + 1.0 / xp.maximum(self.time_scale + fluid.time * self.time_scale_change, NO_TIME * self.time_scale)
+
+    def spent(self, xp, time):
+        """Whether tau has fallen to zero: nothing is left to radiate, and no step has to follow it."""
+        return self.time_scale + time * self.time_scale_change <= NO_TIME * self.time_scale
 
     def exchange(self, xp, fluid):
         """What is radiated, towards the floor, and what is given."""
@@ -119,7 +123,10 @@ class Cooling(Effect):
         if self.limit == "none":
             return None
         gain, decay = self.exchange(xp, fluid)
-        return elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
+        limit = elementwise(xp, changing_time, fluid.smoothing_length, fluid.thermal_energy, gain, decay)[0]
+        if self.time_scale_change is None:
+            return limit
+        return xp.where(self.spent(xp, fluid.time), xp.inf, limit)
 
 
 def _size(body: Characteristic, options: Options) -> Found:

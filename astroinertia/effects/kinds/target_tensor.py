@@ -131,10 +131,12 @@ ENTRY = Entry(
             shape=(3,), minimum=0.0,
         ),
         "first_axis": Option(
-            "dimensionless", None, "where the first of them is to point; without it any orientation will do",
+            "dimensionless", None, "where the first of them points, beside second_axis; without both any way will do",
             shape=(3,),
         ),
-        "second_axis": Option("dimensionless", None, "where the second is, what is across the first", shape=(3,)),
+        "second_axis": Option(
+            "dimensionless", None, "where the second is, what is across the first; beside first_axis", shape=(3,)
+        ),
         "orientation_stiffness": positive("inverse_time_squared", None, "of the orientation; as stiffness without it"),
         "normal": Option("dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,)),
     },

@@ -191,7 +191,9 @@ ENTRY = Entry(
         "mass": positive("mass", REQUIRED, "mass of the perturber"),
         "position": Option("length", REQUIRED, "where it is: fixed, or at its pericentre", shape=(3,)),
         "period": positive("time", None, "orbital period; without it the perturber stays where it is"),
-        "eccentricity": Option("dimensionless", 0.0, "of the orbit", minimum=0.0, maximum=100.0),
+        "eccentricity": Option(
+            "dimensionless", 0.0, f"of the orbit; at most {MOST_ELLIPTIC} with a period", minimum=0.0, maximum=100.0
+        ),
         "normal": Option("dimensionless", AXIS, "normal of the orbit", shape=(3,)),
         "mean_anomaly": Option("dimensionless", 0.0, "at time 0, in radians from the pericentre"),
         "pericentre_time": Option("time", None, "when a parabola or hyperbola (eccentricity >= 1) is nearest"),

@@ -14,12 +14,18 @@ class IsothermalGas(Fluid):
 
     kind: Literal["isothermal"]
     rank: ClassVar[int] = 2
+    barotropic: ClassVar[bool] = True
     sound_speed: Speed = Field(description="isothermal sound speed")
 
     @property
     def first_gamma(self) -> float:
         """As of every Fluid."""
         return 1.0
+
+    @property
+    def pressure_key(self) -> str | None:
+        """As of every Fluid."""
+        return "sound_speed"
 
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """As of every Fluid."""

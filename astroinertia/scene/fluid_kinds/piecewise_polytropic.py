@@ -14,6 +14,7 @@ class PiecewisePolytropicFluid(Fluid):
 
     kind: Literal["piecewise_polytropic"]
     rank: ClassVar[int] = 4
+    barotropic: ClassVar[bool] = True
     densities: Annotated[tuple[Density, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=20)] = Field(
         description="dividing densities, rising"
     )

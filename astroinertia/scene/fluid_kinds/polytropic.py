@@ -13,6 +13,7 @@ class PolytropicFluid(Fluid):
 
     kind: Literal["polytropic"]
     rank: ClassVar[int] = 3
+    barotropic: ClassVar[bool] = True
     gamma: Gamma = Field(description="exponent")
     constant: float | str = Field(
         default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'

@@ -126,6 +126,37 @@ def test_electrons_are_taken_from_matter_that_has_them(material, fraction, refus
             refusals.refuse_impossible(losing)
 
 
+def test_a_region_of_more_than_all_is_refused() -> None:
+    core = [f"regions.core.innermost_mass={mass}" for mass in (1.0, 1.2)]
+    for text in (POLYTROPE + "rate = 0.1", STAR + "axis_ratio = 0.9"):
+        whole = SCENE.format(body=text, units='units = "code"\n')
+        refusals.refuse_impossible(loads(whole, core[:1]))
+        with pytest.raises(SceneError, match=r"^\[regions\.core\] innermost_mass is more than the whole mass\.$"):
+            refusals.refuse_impossible(loads(whole, core[1:]))
+
+
+@pytest.mark.parametrize(
+    ("fluid", "heat", "refused"),
+    [
+        ('kind="isothermal", sound_speed=0.3', "specific_internal_energy=0.5", "kind isothermal follows from the dens"),
+        ('kind="polytropic", gamma=2', "specific_internal_energy=0.5", "the kind polytropic follows from the density"),
+        ('kind="piecewise_polytropic", densities=[1.0], gammas=[2, 3]', "specific_internal_energy=0.5", "be warm"),
+        ('kind="isothermal", sound_speed=0.3', "pressure_fraction=0.5", r"\] sound_speed gives the pressure"),
+        ('kind="polytropic", gamma=2, constant=0.2', "pressure_fraction=0.5", r"\] constant gives the pressure"),
+        ('kind="polytropic", gamma=2', "pressure_fraction=0.5", ""),
+        ('kind="hybrid", nuclear_density=9.0', "specific_internal_energy=0.5", ""),
+    ],
+)
+def test_heat_that_would_not_count_is_refused(fluid, heat, refused) -> None:
+    asked = [f"equation_of_state={{{fluid}}}", f"body.{heat}"]
+    whole = SCENE.format(body=POLYTROPE + "rate = 0.1", units='units = "code"\n')
+    if not refused:
+        refusals.refuse_impossible(loads(whole, asked))
+    else:
+        with pytest.raises(SceneError, match=refused):
+            loads(whole, asked)
+
+
 def test_what_counts_as_surely_held_is_below_the_limit() -> None:
     limit = polytropic_limit(1.5)
     held = dict(refusals._SURELY_HELD)[1.5]

@@ -103,6 +103,8 @@ def test_a_pivot_takes_the_moments_to_the_fixed_point():
         (BODY + 'rotation = { rate = 1.0, law = "j_constant", scale = 1.0 }\n' + NONE, "law must be rigid"),
         ('[body]\nkind = "rigid"\nmass = 1.0\nmoments = [1.0, 1.0, 0.0]\n'
          "rotation = { angular_momentum = 1.0 }\n" + NONE, "rod's own axis"),
+        ('[body]\nkind = "rigid"\nmass = 1.0\nmoments = [1.0, 0.0, 1.0]\n'
+         "rotation = { rate = 1.0, axis = [0, 1, 0] }\n" + NONE, "rod's own axis"),
     ],
 )  # fmt: skip
 def test_what_a_rigid_body_cannot_do_is_refused(text, message):

@@ -109,9 +109,7 @@ def test_quantities_are_in_the_units_of_the_file_and_refused_where_it_has_none(t
         read_matter(path, ("g", "cm"), density=2 * u.km)
     plain, known = read_matter(box), read_matter(box, ("kg", "m"))
     for asked in ({"radius": 500 * u.cm}, {"about": [1 * u.m, 0, 0]}, {"about": [100, 0, 0] * u.cm}):
-        with pytest.raises(
-            InputError, match=rf"^{next(iter(asked))} must have no unit, for that of 8 particles"
-        ):
+        with pytest.raises(InputError, match=rf"^{next(iter(asked))} must have no unit, for that of 8 particles"):
             moments(plain, **asked)
         same = {name: [1.0, 0.0, 0.0] if name == "about" else 5.0 for name in asked}
         xr.testing.assert_allclose(moments(known, **asked), moments(known, **same))

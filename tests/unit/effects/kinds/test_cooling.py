@@ -53,6 +53,18 @@ def test_a_time_scale_that_falls_with_the_free_fall_time() -> None:
     assert all(3.7 < a / b < 4.3 for a, b in itertools.pairwise(errors)), errors
 
 
+def test_no_step_follows_a_time_scale_that_has_fallen_to_zero() -> None:
+    effect = catalogue.build("cooling", {"time_scale": 1.0, "time_scale_change": -2.0})
+    cold = SimpleNamespace(
+        density=np.ones(3), thermal_energy=np.full(3, 1e-9), smoothing_length=np.full(3, 0.1), time=0.25
+    )
+    assert effect.timestep(np, cold) == pytest.approx(0.5)
+    cold.time = 0.5
+    assert np.isinf(effect.timestep(np, cold)).all()
+    first, last = cooled({"time_scale": 1.0, "time_scale_change": -2.0}, 1.0, 10)
+    assert float(last.entropy.max()) < 1e-8 * float(first.entropy.min())
+
+
 @pytest.mark.parametrize(
     ("a", "b"),
     [(1.0, 0.5), pytest.param(-0.5, 3.0, marks=pytest.mark.full), pytest.param(2.0, 1.0, marks=pytest.mark.full)],
