@@ -180,10 +180,10 @@ def _finest(main: Knob, results: dict[Setting, np.ndarray]) -> Reference | None:
         if limit is not None:
             left = relative_error(values[best], limit)
             description = (
-                f"Richardson's extrapolation of the finest runs along {main.name}, with the order {main.order:g}"
+                f"extrapolation of the finest runs by Richardson along {main.name}, with the order {main.order:g}"
             )
             return Reference(limit, description, 0.3 * left)
-    description = f"the finest run, {ladder[best].label}"
+    description = f"finest run, {ladder[best].label}"
     second = (
         relative_error(np.delete(values, best, 0)[np.argmin(np.delete(steps, best))], values[best])
         if len(ladder) > 1

@@ -116,10 +116,10 @@ def _refuse_lost_twice(scene: Scene) -> None:
 def _refuse_more_than_all(scene: Scene) -> None:
     """Of the innermost mass that a region asks for, where it is known what there is."""
     masses = [getattr(alone.body, "mass", None) for alone in scene.alone()]
-    if any(mass is None for mass in masses):
-        return
+    known = [mass for mass in masses if mass is not None]
     for name, region in scene.regions.items():
-        if region.innermost_mass is not None and region.innermost_mass > (1.0 + _ROUNDED) * sum(masses):
+        more = region.innermost_mass is not None and region.innermost_mass > (1.0 + _ROUNDED) * sum(known)
+        if more and len(known) == len(masses):
             raise SceneError(f"[regions.{name}] innermost_mass is more than the whole mass.")
 
 

@@ -33,8 +33,8 @@ class Family(NamedTuple):
 def add_arguments(add: Add) -> None:
     """Add the options of `verify --hard`."""
     add("--hard", action="store_true",
-        help="evolve hard cases of particles instead: coincident, flat, cold, at Mach 1000, in huge and "
-        "tiny units")  # fmt: skip
+        help="evolve hard cases of particles instead: coincident, in a plane, at zero temperature, at Mach 1000, "
+        "in units of 1e30; --only takes words of their names")  # fmt: skip
     add("--mode", action="append", default=[], choices=EVERY_MODE,
         help="of --hard: global or individual time steps with the engine numba_cpu, or the engine xla, which takes "
         "minutes to compile; may be repeated (default: global and individual)")  # fmt: skip
@@ -54,7 +54,8 @@ def parts(options: Options, begin: Callable[[str], None]) -> Iterator[Family]:
         for title, cases in FAMILIES.items()
     }
     if not any(chosen.values()):
-        raise SceneError(f"--only '{options.only[0]:.40}' is in the name of no hard case")
+        names = ", ".join(case.name for cases in FAMILIES.values() for case in cases if not case.long)
+        raise SceneError(f"--only '{options.only[0]:.40}' is in the name of no hard case; they are: {names}")
     for title, cases in chosen.items():
         if cases:
             family = Family(title, [])

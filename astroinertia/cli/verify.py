@@ -46,6 +46,8 @@ def parts(options: Options, begin: Callable[[str], None]) -> "Iterator[Section]"
     """
     from astroinertia.verify.comparison import SECTIONS, compare_sections
 
+    if options.mode:
+        raise SceneError("--mode is of --hard; give both, or neither")
     unknown = [name for name in options.only if name not in SECTIONS]
     if unknown:
         raise SceneError(f"--only has no section '{unknown[0]:.40}'; it has {', '.join(SECTIONS)}")

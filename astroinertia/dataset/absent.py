@@ -42,7 +42,10 @@ def whole(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset with NaN, and the reason, for what was left out of it because the run does not have it."""
     absent = reasons(dataset)
     schema = {name: quantity for name, quantity in (RECORDED | DERIVED | REGIONAL).items() if name in absent}
-    missing = {name: quantity for name, quantity in schema.items() if name not in dataset}
+    chosen = {name for name, labels in dataset.coords.items() if not labels.dims}  # of which one label is left
+    missing = {
+        name: quantity for name, quantity in schema.items() if name not in dataset and not chosen & set(quantity.dims)
+    }
     if not missing or "time" not in dataset.sizes:
         return dataset
     dimensionless = dataset.attrs.get("code_unit_time") == DIMENSIONLESS.time

@@ -55,12 +55,12 @@ class InertiaAccessor:
 
     def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
         self._tree = opened if isinstance(opened, xr.DataTree) else None
-        dataset = whole(opened.to_dataset() if isinstance(opened, xr.DataTree) else opened)
+        dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
         if "inertia_tensor" not in dataset:
             members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
             more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
             raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
-        dataset = from_x_to_z(along(dataset))
+        dataset = from_x_to_z(whole(along(dataset)))
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     def __repr__(self) -> str:
@@ -322,7 +322,9 @@ class InertiaAccessor:
         >>> print(f"{float((ds.inertia.spin_rate() / ds.inertia.spin_scaling())[-1]):.6f}")  # L stays, so 1/I holds
         1.000000
         """
-        opening = self.spin_rate().values[0]
+        # What a body that begins at rest has is round-off.
+        turns = np.linalg.norm(self._vectors("angular_momentum")[0]) > self._least_momentum()
+        opening = self.spin_rate().values[0] if turns else 0.0
         if law == "inertia":
             axes = self._momentum_axes()
             size = self.about_axis("spin" if axes is None else axes).values
@@ -517,16 +519,17 @@ class InertiaAccessor:
         return "1" if self.dataset["mass"].attrs["units"] == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
-        dims = ("time", *(("effect",) if "effect" in self.dataset[name].dims else ()), "i", "j")
-        return self.dataset[name].transpose(*dims).values
+        series = self._named(name)
+        dims = ("time", *(("effect",) if "effect" in series.dims else ()), "i", "j")
+        return series.transpose(*dims).values
 
     def _vectors(self, name: str) -> np.ndarray:
-        return self.dataset[name].transpose("time", "i").values
+        return self._named(name).transpose("time", "i").values
 
     def _axis(self, axis: Axis) -> np.ndarray:
         if isinstance(axis, str):
             if axis == "spin":
-                return self.dataset["spin_axis"].transpose("time", "i").values
+                return self._vectors("spin_axis")
             if axis not in ("x", "y", "z"):
                 raise ValueError(f'an axis is "x", "y", "z", "spin" or a vector, not {axis!r}')
             return np.eye(3)["xyz".index(axis)]
@@ -535,8 +538,10 @@ class InertiaAccessor:
         if vectors.shape[-1:] != (3,):
             raise ValueError(f"an axis has three components, not the shape {vectors.shape}")
         sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
-        if vectors.ndim == 1 and not sizes > 0.0:
-            raise ValueError("an axis must have a direction: its components are all 0, or one of them is not a number")
+        if vectors.ndim == 1 and not 0.0 < sizes < np.inf:
+            raise ValueError(
+                "an axis must have a direction: its components are all 0, or one of them is no finite number"
+            )
         return vectors / np.where(sizes > 0.0, sizes, np.nan)
 
     def _momentum_axes(self) -> xr.DataArray | None:
@@ -545,9 +550,7 @@ class InertiaAccessor:
         z where there is none at the start, and that at the start where there is none later.
         """
         momenta = self._vectors("angular_momentum")
-        spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
-        size = np.linalg.norm(momenta[0])
-        least = SPINLESS * 2.0 * np.sqrt(spread) if np.isfinite(spread) else 0.0
+        size, least = np.linalg.norm(momenta[0]), self._least_momentum()
         axis = momenta[0] / size if size > least else np.eye(3)[2]
         sideways = np.linalg.norm(momenta - np.outer(momenta @ axis, axis), axis=1)
         sizes = np.linalg.norm(momenta, axis=1)
@@ -558,6 +561,11 @@ class InertiaAccessor:
         signed = momenta * np.sign(momenta @ axis)[:, None] / np.where(along, sizes, 1.0)[:, None]
         directions = np.where(along[:, None], signed, axis)
         return xr.DataArray(directions, self._coordinates("time", "i"), ("time", "i"))
+
+    def _least_momentum(self) -> float:
+        """An angular momentum that is no more than the round-off of its sum at the start."""
+        spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
+        return SPINLESS * 2.0 * float(np.sqrt(spread)) if np.isfinite(spread) else 0.0
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})

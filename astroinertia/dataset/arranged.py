@@ -11,10 +11,13 @@ from astroinertia.observables.quantities import DERIVED, RECORDED
 
 
 def along(dataset: xr.Dataset) -> xr.Dataset:
-    """A dataset of which one time or one effect was chosen, with that as the only one."""
+    """A dataset of which one time, one effect or one mode was chosen, with that as the only one."""
     if "time" not in dataset.coords:
         raise ValueError("the dataset has no times: the accessor is for records of a run, not for what is made of them")
-    for dim in ("time", "effect"):
+    for dim in ("i", "j"):
+        if dim in dataset.coords and dim not in dataset.dims:
+            raise ValueError(f"vectors and tensors must be whole: along {dim} there is {dataset[dim].item()} alone")
+    for dim in ("time", "effect", "mode"):
         if dim in dataset.coords and dim not in dataset.dims:
             schema = RECORDED | DERIVED
             names = [name for name in dataset.data_vars if name not in schema or dim in schema[str(name)].dims]

@@ -81,7 +81,7 @@ def run_fields(
         return times.variable, fields
     if degree > 2 * np.size(moments):
         raise ValueError(f"the gravity field of layers goes to degree {2 * np.size(moments)}, not {degree}")
-    inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
+    inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values.astype(float)
     masses = dataset["mass"].values.tolist()
     means = np.append(1.0, moments)
     return times.variable, [_of_layers(*each, degree, means) for each in zip(masses, inertia, radii, strict=True)]

@@ -17,7 +17,8 @@ def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str
     size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
     convention = data["moment_ratio"].attrs
     at_start = data[convention["radius"]].values[0] if convention.get("radius") in data.data_vars else size[0]
-    radius = float(convention.get("reference_radius", at_start)) * size / size[0]
+    with np.errstate(invalid="ignore"):  # a flat body has no mean radius, and no limits
+        radius = float(convention.get("reference_radius", at_start)) * size / size[0]
     if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().all():
         radius = data["surface_mean_radius"].values
     period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)

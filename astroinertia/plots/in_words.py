@@ -109,10 +109,10 @@ def _body(dataset: xr.Dataset) -> Table:
     if angular_momentum_scale(dataset)[1]:
         relative = "" if dataset.attrs.get("frame", INERTIAL) == INERTIAL else "; all relative to the rotating frame"
         below = f"({inertia.spin_rate().attrs['long_name']}{relative})"
+        laws = [("1/I", inertia.spin_scaling("inertia")), ("1/R^2", inertia.spin_scaling("radius"))]
         rows += [
             ("mean angular velocity", inertia.spin_rate()),
-            ("  if it went as 1/I", inertia.spin_scaling("inertia")),
-            ("  if it went as 1/R^2", inertia.spin_scaling("radius")),
+            *((f"  if it went as {name}", law) for name, law in laws if np.nan_to_num(law).any()),
             ("T/|W|", dataset["rotational_to_gravitational"]),
         ]
     return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows], below)

@@ -152,7 +152,9 @@ def archive_ephemeris(
     if first.N < 2:
         raise ValueError("an ephemeris needs a companion")
     if not 0.0 < end <= last.t:
-        raise ValueError(f"the archive goes from time 0 to {last.t:g} of this run, which does not reach {end:g}")
+        times = (last.t, end) if units is None else (units.to_si(time, "time") for time in (last.t, end))
+        reached, asked = (f"{time:g}" if units is None else f"{time:g} s" for time in times)
+        raise ValueError(f"the archive goes from time 0 to {reached} of this run, which does not reach {asked}")
     pieces, starts, worst = [], [], 0.0
     for now, following in pairwise(stored):
         if now.t >= end:

@@ -161,6 +161,8 @@ def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]
     cosmological += [group.number("ComovingIntegrationOn", "Cosmological run") for group in attributes.values()]
     if any(cosmological):
         raise SceneError(f"{name} is of an expanding universe, whose comoving coordinates are not read")
+    if any(group.number("HubbleParam") not in (None, 0.0, 1.0) for group in attributes.values()):
+        raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
 
 
 def _mass_of_all(name: str, header: _Attributes, group: str, count: int) -> np.ndarray:
@@ -190,8 +192,6 @@ def _units(name: str, attributes: Mapping[str, _Attributes]) -> FileUnits | None
         return None
     if min(length, mass, velocity) <= 0.0:
         raise SceneError(f"{name} has a unit that is not positive")
-    if any(group.number("HubbleParam") not in (None, 0.0, 1.0) for group in attributes.values()):
-        raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
     constant = attributes["Parameters"].text_number(_CONSTANT) if "Parameters" in attributes else None
     return FileUnits(length / CM, mass / GRAM, velocity / CM, constant)
 

@@ -285,11 +285,11 @@ def _in_file(density: Any, units: tuple[str, str]) -> float:
     """A density in the units of a file: a number as it is, or one with a unit of its own."""
     try:
         own = with_unit(density)
-        if own is None and not isinstance(density, str | bool):
+        if own is None and not isinstance(density, str):
             return float(density)
         if units == PLAIN:
             raise SceneError("must be a plain number where the units of the mesh are not given.")
-        in_this_record = quantity(density, "density") if own is None else float(in_si(own, "density"))
+        in_this_record = float(in_si(own, "density")) if own is not None else quantity(str(density), "density")
     except (SceneError, TypeError, ValueError) as error:
         raise InputError(f"density: {error}") from None
     mass_unit, length_unit = _sizes(units)

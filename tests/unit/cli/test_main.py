@@ -58,14 +58,20 @@ def test_every_command_has_an_example_that_parses(command, capsys):
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["foo"], ["plan"], ["run", "a", "b"], ["plan", "a", "--set"], ["plan", "--bogus", "a"], ["show"], ["resume"]],
-)
+    [[], ["foo"], ["plan"], ["run", "a", "b"], ["plan", "a", "--set"], ["plan", "--bogus", "a"], ["show"], ["resume"],
+     ["verify", "--mode", "xla"]],
+)  # fmt: skip
 def test_wrong_arguments_get_one_sentence(arguments, capsys):
     assert main(arguments) == 2
     caught = capsys.readouterr()
     assert caught.out == ""
     assert caught.err.count("\n") == 1
     assert caught.err.endswith(".\n")
+
+
+def test_a_word_of_no_hard_case_lists_their_names(capsys):
+    assert main(["verify", "--hard", "--only", "flat"]) == 2
+    assert "no hard case; they are: one particle, " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("given", "meant"), [

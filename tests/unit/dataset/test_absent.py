@@ -70,6 +70,16 @@ def test_what_was_left_out_survives_a_file_and_a_cut(file: Path, tmp_path: Path)
     xr.testing.assert_identical(without_absent(whole(cut)), cut)
 
 
+def test_one_label_may_be_chosen_where_something_along_it_was_left_out(file: Path) -> None:
+    ds = astroinertia.open(file)
+    last = ds.isel(time=-1).inertia
+    np.testing.assert_array_equal(last.about_axis("z"), ds.inertia.about_axis("z")[-1:])
+    assert last.dataset["density_max"].isnull().all() and last.rotation_limits()["period"].shape == (1,)
+    for chosen in (ds.isel(principal=0), whole(ds).sel(mode=2), whole(ds).isel(effect=0)):
+        np.testing.assert_array_equal(chosen.inertia.about_axis("z"), ds.inertia.about_axis("z"))
+        assert chosen.inertia.absent == ds.inertia.absent
+
+
 def test_a_dataset_that_lacks_nothing_is_left_as_it_is() -> None:
     data = xr.Dataset({"mass": ("time", np.ones(3))}, {"time": np.arange(3.0), "label": ("other", [1, 2])})
     assert without_absent(data) is data and whole(data) is data

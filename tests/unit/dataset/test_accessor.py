@@ -189,6 +189,30 @@ def test_one_time_and_one_effect_can_be_chosen(ds: xr.Dataset) -> None:
     np.testing.assert_array_equal(pulled.virial_shares()[:, 1], ds.inertia.virial_shares().sel(share="gravity"))
     with pytest.raises(ValueError, match="the dataset has no times"):
         _ = ds.mean("time").inertia
+    with pytest.raises(ValueError, match="vectors and tensors must be whole: along i there is z alone"):
+        _ = ds.sel(i="z", j="z").inertia
+
+
+def test_a_body_that_begins_at_rest_has_no_law_of_its_spin(ds: xr.Dataset) -> None:
+    """Its angular momentum at first is round-off, of which a law would make predictions."""
+    momentum, mixed = ds["angular_momentum"].copy(), ds["mixed_moment"].copy()
+    spread = np.sqrt(np.trace(ds["second_moment"].values[0]) * np.trace(ds["kinetic_tensor"].values[0]))
+    momentum[0], mixed[0] = 1e-16 * spread * np.array([0.0, 0.3, -1.0]), 0.0
+    spun = ds.assign(angular_momentum=momentum, mixed_moment=mixed)
+    for law in ("inertia", "radius"):
+        assert not spun.inertia.spin_scaling(law).any()
+        assert (ds.inertia.spin_scaling(law) > 0).all()
+    said = plots.summary(spun)
+    assert "mean angular velocity" in said and "if it went as" not in said and "if it went as" in plots.summary(ds)
+    assert len(spun.inertia.plot_spin().axes) == len(ds.inertia.plot_spin().axes) - 1  # no panel of ratios
+    plt.close("all")
+
+
+def test_an_axis_has_a_direction_and_is_there(ds: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match="an axis must have a direction"):
+        ds.inertia.about_axis([0.0, np.inf, 0.0])
+    with pytest.raises(AbsentError, match=r"^this dataset has no 'spin_axis'"):
+        ds[["inertia_tensor", "mass"]].inertia.about_axis("spin")
 
 
 def test_a_radius_is_in_the_unit_that_it_says(ds: xr.Dataset) -> None:
