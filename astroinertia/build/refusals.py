@@ -23,11 +23,10 @@ _ORBIT = "of an orbit at its equator"
 def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
-    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
-    would be lost twice, or a region of more than all.
+    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, or electrons that
+    would be lost twice.
     """
     _refuse_lost_twice(scene)
-    _refuse_more_than_all(scene)
     units = code_units(scene)
     for alone in scene.alone():
         body: Any = alone.body
@@ -111,16 +110,6 @@ def _refuse_lost_twice(scene: Scene) -> None:
             f"[equation_of_state] {key} of {fluid.first_gamma:.4g} stands for electrons that are captured, which "
             f'[effects.deleptonisation] takes away itself: set {key} = "4/3", or leave the effect away.'
         )
-
-
-def _refuse_more_than_all(scene: Scene) -> None:
-    """Of the innermost mass that a region asks for, where it is known what there is."""
-    masses = [getattr(alone.body, "mass", None) for alone in scene.alone()]
-    known = [mass for mass in masses if mass is not None]
-    for name, region in scene.regions.items():
-        more = region.innermost_mass is not None and region.innermost_mass > (1.0 + _ROUNDED) * sum(known)
-        if more and len(known) == len(masses):
-            raise SceneError(f"[regions.{name}] innermost_mass is more than the whole mass.")
 
 
 def _refuse_without_heat(scene: Scene) -> None:

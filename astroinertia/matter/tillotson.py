@@ -97,8 +97,8 @@ class Tillotson:
         import jax  # which pressure_at does without
         import jax.numpy as jnp
 
-        nodes, to_nodes, to_end = _integrals()
         width = jnp.log(jnp.asarray(density, dtype=float) / self.reference_density)[..., None]
+        nodes, to_nodes, to_end = (jnp.asarray(array, dtype=width.dtype) for array in _integrals())
         rho = self.reference_density * jnp.exp(width * nodes)
 
         def slope(energy: Array) -> Array:

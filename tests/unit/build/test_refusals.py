@@ -126,15 +126,6 @@ def test_electrons_are_taken_from_matter_that_has_them(material, fraction, refus
             refusals.refuse_impossible(losing)
 
 
-def test_a_region_of_more_than_all_is_refused() -> None:
-    core = [f"regions.core.innermost_mass={mass}" for mass in (1.0, 1.2)]
-    for text in (POLYTROPE + "rate = 0.1", STAR + "axis_ratio = 0.9"):
-        whole = SCENE.format(body=text, units='units = "code"\n')
-        refusals.refuse_impossible(loads(whole, core[:1]))
-        with pytest.raises(SceneError, match=r"^\[regions\.core\] innermost_mass is more than the whole mass\.$"):
-            refusals.refuse_impossible(loads(whole, core[1:]))
-
-
 @pytest.mark.parametrize(
     ("fluid", "heat", "refused"),
     [
