@@ -1,7 +1,7 @@
 # Everything that is run by name. The environment in .venv is made, and made again when the project's needs change.
 #
 #   make demo         a star collapses: runs/pulsar_collapse with a netCDF file and pictures
-#   make test         all tests but the long ones (35 minutes on two quiet cores of an AMD EPYC)
+#   make test         all tests but the long ones (23 minutes on two quiet cores of an AMD EPYC)
 #   make test-quick   the quick ones (under 3 minutes)
 #   make test-full    the long ones, hours in all; can be stopped and goes on where it was; results in tests/results
 #   make test-status  which results of the long ones are valid for this code and this kind of processor, which stale

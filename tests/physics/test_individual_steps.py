@@ -45,7 +45,6 @@ def advanced(body: Particles, end: float, every: float) -> list[dict]:
     return records
 
 
-@pytest.mark.full
 def test_a_collapse_keeps_the_ledger_and_comes_to_the_same_shape(monkeypatch: pytest.MonkeyPatch) -> None:
     """Evrard's collapse through its bounce: as with global steps, with fewer evaluations.
 

@@ -101,7 +101,6 @@ def _size(state: State) -> float:
     return float(state.mass @ (np.asarray(state.position) ** 2).sum(axis=1))
 
 
-@pytest.mark.full
 def test_a_star_at_rest_stays_and_rings_when_kicked() -> None:
     """500 particles for 10 dynamical times; bars of about twice what was measured."""
     stay = stayed(10.0, "body.particles=500")
