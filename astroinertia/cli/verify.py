@@ -100,6 +100,7 @@ def as_json(sections: "list[Section]") -> str:
     content = {
         "agree": all(section.holds for section in sections),
         "seconds": round(sum(section.seconds for section in sections), 2),
+        "sections": {section.name: round(section.seconds, 2) for section in sections},
         "comparisons": rows,
     }
     return json.dumps(content, indent=1)

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
@@ -26,18 +27,18 @@ SECTIONS: dict[str, str] = {
     "interiors": "Interiors and moment ratios of the Earth and the planets",
     "neutron_stars": "Neutron stars in general relativity",
     "ellipsoid_motion": "Ellipsoids that move: instability, Riemann's figures, collapse",
-    "exact_motions": "Exact motions of ellipsoids, from scene to record",
     "tops": "Free and heavy tops: closed forms, and an integrator against them",
     "rebound": "Gravity, orbits and spins, against REBOUND",
     "precession": "Precession, wobble and spin states of planets, moons and pulsars",
     "turning_planets": "The Earth and Mars integrated under Sun, Moon and planets",
     "pulsars": "Pulsars, accretion and collapse",
+    "exact_motions": "Exact motions of ellipsoids, from scene to record",
     "particles": "A short run of particles: what its ledger says",
 }
 """Sections by the name of their module, with a title; `python -m astroinertia verify --only NAME` runs one."""
 
-BESIDE = "particles"
-"""The section that takes as long as all others where its programs are still to be compiled, and shares none of them."""
+BESIDE = ("exact_motions", "particles")
+"""The sections that together take as long as all others, and share no programs with them."""
 
 
 class Verdict(StrEnum):
@@ -84,32 +85,37 @@ class Section:
 
 
 def compare_sections(names: Sequence[str], begin: Callable[[str], None] = lambda _: None) -> Iterator[Section]:
-    """The sections in this order, each as soon as it is there; BESIDE is computed beside the others.
+    """The sections in this order, each as soon as it is there; those of BESIDE last, by a second process meanwhile.
 
     begin: hears the title of each before it is computed, or waited for.
     """
-    if BESIDE not in names or len(names) == 1:
-        for name in names:
+    beside = [name for name in names if name in BESIDE]
+    here = [name for name in names if name not in BESIDE]
+    if not beside or not here:
+        here, beside = list(names), []
+    only = [word for name in beside for word in ("--only", name)]
+    command = [sys.executable, "-m", "astroinertia", "verify", *only, "--json"]
+    with started(command) if beside else nullcontext() as process:
+        for name in here:
             begin(SECTIONS[name])
             yield compare_section(name)
-        return
-    with started([sys.executable, "-m", "astroinertia", "verify", "--only", BESIDE, "--json"]) as beside:
-        for name in names:
-            begin(SECTIONS[name])
-            yield _section_of(beside) if name == BESIDE else compare_section(name)
+        if process is not None:
+            begin(" and ".join(SECTIONS[name] for name in beside))
+            yield from _sections_of(beside, process)
 
 
-def _section_of(beside: "subprocess.Popen[str]") -> Section:
-    """BESIDE, as the process that computes it tells."""
-    output, errors = beside.communicate()
-    rows, seconds, problem = {}, 0.0, ""
+def _sections_of(names: Sequence[str], process: "subprocess.Popen[str]") -> Iterator[Section]:
+    """Sections as the process that computes them says."""
+    output, errors = process.communicate()
+    rows, seconds, problem = {}, {}, ""
     try:
         content = json.loads(output)
-        rows, seconds = {row["key"]: row for row in content["comparisons"]}, content["seconds"]
+        rows, seconds = {row["key"]: row for row in content["comparisons"]}, content["sections"]
     except ValueError:
-        problem = (errors.strip().splitlines() or [f"its process ended with {beside.returncode}"])[-1]
-    compared = tuple(_compared(reference, rows.get(reference.key, {}), problem) for reference in references()[BESIDE])
-    return Section(BESIDE, SECTIONS[BESIDE], compared, seconds)
+        problem = (errors.strip().splitlines() or [f"its process ended with {process.returncode}"])[-1]
+    for name in names:
+        compared = tuple(_compared(reference, rows.get(reference.key, {}), problem) for reference in references()[name])
+        yield Section(name, SECTIONS[name], compared, seconds.get(name, 0.0))
 
 
 def _compared(reference: Reference, row: Mapping[str, Any], problem: str) -> Comparison:

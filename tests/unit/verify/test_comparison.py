@@ -94,10 +94,10 @@ def test_a_missing_part_is_a_verdict_not_a_traceback(monkeypatch):
 def test_a_process_that_fails_is_a_verdict_not_a_traceback(monkeypatch):
     monkeypatch.setattr(comparison.sys, "executable", "false")
     heard = []
-    constants, beside = compare_sections(["constants", BESIDE], heard.append)
-    assert heard == [SECTIONS["constants"], SECTIONS[BESIDE]]
-    assert constants.holds
-    assert {(each.verdict, each.problem) for each in beside.comparisons} == {
+    constants, *beside = compare_sections([*BESIDE, "constants"], heard.append)
+    assert heard == [SECTIONS["constants"], " and ".join(SECTIONS[name] for name in BESIDE)]
+    assert constants.holds and [section.name for section in beside] == list(BESIDE)
+    assert {(each.verdict, each.problem) for section in beside for each in section.comparisons} == {
         (Verdict.FAILED, "its process ended with 1")
     }
 
