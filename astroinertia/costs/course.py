@@ -408,6 +408,8 @@ def _stated_constant(scene: Scene, initial: Initial, gamma: float) -> float | No
     elsewhere.
     """
     body: Any = scene.body
+    if (sound_speed := getattr(scene.equation_of_state, "sound_speed", None)) is not None:  # of one temperature
+        return float(code_units(scene).to_code(sound_speed, "velocity")) ** 2
     stated = getattr(scene.equation_of_state, "constant", None)
     if isinstance(stated, float):
         return float(code_units(scene).to_code(stated, pressure_constant_dimension(gamma)))

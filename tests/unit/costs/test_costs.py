@@ -607,6 +607,6 @@ def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
 @pytest.mark.full
 def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops() -> None:
     text = STAR.replace('kind = "ideal"\ngamma = 1.6666666666666667', 'kind = "isothermal"\nsound_speed = 0.05')
-    scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"\npressure_fraction = 0.01'))
+    scene = load.loads(text.replace('kind = "polytrope"\nindex = 1.5', 'kind = "uniform"'))
     assert predict(scene, machine.shipped()) is None
     assert plan_lines.lines(scene, None)[0].value == "not known"
