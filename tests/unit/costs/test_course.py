@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, limits, machine, piloted
+from astroinertia.costs import course, limits, machine, piloted, plan_lines
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
@@ -19,6 +19,15 @@ PREDICTED = [
     *("rotating_star", "sedov", "sod", "square", "strong_tube"),
     *("accretion_induced_collapse", "core_collapse", "tidal_disruption"),
 ]
+CLOUD = """
+name = "cloud"
+units = "code"
+body = {kind = "uniform", particles = 300, mass = 1, radius = 1, relax = false}
+effects = {gravity = {}, pressure = {}, viscosity = {}}
+time = {end = 2}
+[equation_of_state]
+kind = "isothermal"
+"""
 FEW = ("core_collapse", "evrard", "giant_impact", "gresho", "sod", "spinning_planet")  # all of them: test-full
 
 
@@ -68,3 +77,10 @@ def test_what_rests_in_a_huge_body_limits_no_step():
     """There is no warning of an overflow, as plans in huge units had; what moves is limited as ever."""
     assert limits.passed(np.array([1e18, 2e18]), np.zeros(2)).tolist() == [np.inf, np.inf]
     assert limits.passed(2.0, 4.0) == 0.25 * limits.DEPTH
+
+
+def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
+    """Nor of a cloud of one temperature by the pressure that would hold it up: one took 1453 steps, not 200."""
+    cold = load.loads(CLOUD, ["equation_of_state.sound_speed=0.05"])
+    assert predict(cold, machine.shipped()) is None
+    assert plan_lines.lines(cold, None)[0].value == "not known"
