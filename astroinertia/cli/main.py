@@ -128,7 +128,7 @@ def _line(sentence: str) -> str:
 
 
 def _ended(sentence: str) -> str:
-    return sentence if sentence.endswith(".") else f"{sentence}."
+    return sentence if sentence.endswith((".", "?")) else f"{sentence}."
 
 
 def _commands() -> dict[str, Command]:
@@ -261,6 +261,10 @@ def _plan(options: Options) -> int:
 
     with _voice("the body is checked"):
         refuse_impossible(scene)
+        if scene.judged_by:
+            from astroinertia.accuracy.selected_observables import parsed  # only here: it imports xarray
+
+            _ = [parsed(name, scene.observables) for name in scene.judged_by]
     if options.pilot:
         scene = _chosen(scene, Path("runs") / scene.name, options)
     with _voice("the plan is worked out"):

@@ -305,10 +305,11 @@ def moment_about(inertia: Array, axis: Array) -> Array:
     1.5
     """
     xp = namespace(inertia, axis)
-    length = (axis**2).sum(-1)
-    if is_known(length) and (length == 0).any():
+    size = abs(axis).max(-1, keepdims=True)  # whose square may overflow
+    if is_known(size) and (size == 0).any():
         raise ValueError("the axis of a moment of inertia must not be the vector 0")
-    return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / length
+    axis = axis / size
+    return xp.einsum("...i,...ij,...j->...", axis, inertia, axis) / (axis**2).sum(-1)
 
 
 @with_quantities()

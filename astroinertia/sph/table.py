@@ -1,10 +1,11 @@
 """A user's own particles: columns mass, x, y, z and, if wanted, vx, vy, vz and u, or the last snapshot of a run.
 
-u is the specific internal energy, and may be called internal_energy or specific_internal_energy; mass m or masses. An
-nc file is the result of an earlier run, or has the columns as variables; of csv, npz, h5 and hdf5 files, columns.py
-tells, of snapshots of other codes table_gadget.py and table_phantom.py. Density (rho), smoothing_length (h, hsml) and
-pressure may be columns, too, and are passed over. Tests: tests/unit/sph/test_initial_particles.py,
-tests/unit/storage/test_table_hdf5.py, tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
+u is the specific internal energy, and may be called internal_energy or specific_internal_energy; mass m, M or masses;
+x to vz may be in capitals. An nc file is the result of an earlier run, or has the columns as variables; of csv, npz, h5
+and hdf5 files, columns.py tells, of snapshots of other codes table_gadget.py and table_phantom.py. Density (rho),
+smoothing_length (h, hsml) and pressure may be columns, too, and are passed over. Tests:
+tests/unit/sph/test_initial_particles.py, tests/unit/storage/test_table_hdf5.py,
+tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
 """
 
 import math
@@ -40,6 +41,7 @@ FEWEST_PARTICLES = 4  # that have a volume
 _ALIASES = {
     "m": "mass", "masses": "mass", "specific_internal_energy": "u", "internal_energy": "u", "rho": "density",
     "h": "smoothing_length", "hsml": "smoothing_length",
+    "M": "mass", "X": "x", "Y": "y", "Z": "z", "VX": "vx", "VY": "vy", "VZ": "vz",
 }  # fmt: skip
 _DIMENSIONS = (
     {"mass": "mass", "u": "specific_energy", "density": "density", "pressure": "pressure", "smoothing_length": "length"}

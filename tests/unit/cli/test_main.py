@@ -132,6 +132,14 @@ def test_plan_follows_overrides(elsewhere, capsys):
     assert re.search(r"^  conduction +artificial", printed, re.MULTILINE)
 
 
+def test_plan_refuses_to_judge_by_what_is_no_series(elsewhere, capsys):
+    main(["new", "star.toml"])
+    assert main(["plan", "star.toml", "--set", "judged_by=['inertia_tensr z z']"]) == 2
+    assert capsys.readouterr().err.endswith(
+        "'inertia_tensr' is no series of the dataset; did you mean inertia_tensor?\n"
+    )
+
+
 def test_plan_writes_nothing_and_shows_markup_as_it_is(elsewhere, capsys):
     main(["new", "star.toml"])
     assert main(["plan", "star.toml", "--set", "description=[bold]not markup[/red]"]) == 0

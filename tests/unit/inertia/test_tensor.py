@@ -252,3 +252,11 @@ def test_gradients_by_the_mass_alone_are_those_of_differences():
     with jax.enable_x64(True):
         slope = jax.grad(lambda mass: tensor.equivalent_semi_axes(mass, moments)[0])(3.0)
     assert float(slope) == pytest.approx(-0.5 * tensor.equivalent_semi_axes(3.0, moments)[0] / 3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [1e-200, 1.0, 1e200])
+def test_the_moment_about_an_axis_does_not_depend_on_its_length(length):
+    axis = length * np.array([3.0, 0.0, 4.0])
+    assert tensor.moment_about(np.diag([1.0, 2.0, 3.0]), axis) == pytest.approx(
+        (9.0 * 1.0 + 16.0 * 3.0) / 25.0, rel=1e-15
+    )
