@@ -26,6 +26,7 @@ Array = Any
 
 _HOMOGENEOUS = 0.4  # I/(M R^2) of a homogeneous sphere
 _NEWTON_STEPS = 60
+_LAST_PLACES = 4e-16  # of a radius over R, between which Newton's steps may go back and forth for ever
 _ASSUMABLE = ("mantle_density", "core_density", "core_radius_ratio")
 
 
@@ -255,7 +256,7 @@ def _core_radius(xp: Any, share: Array) -> Array:
         x = guess
         for step in range(_NEWTON_STEPS):
             x, before = improve(step, x), x
-            if np.array_equal(x, before):
+            if np.all(np.abs(x - before) <= _LAST_PLACES):
                 break
         return np.where(inside, x, np.nan)
     x = jax.lax.custom_root(

@@ -158,6 +158,13 @@ class SolarSystemBody:
         rows.sort(key=lambda pair: not pair[1].adopted)
         return tuple(self._normalised(name.partition("_")[0], row, kind, radius) for name, row in rows)
 
+    def moment_ratio_row(self, number: int) -> MomentRatio:
+        """Return one of `moment_ratio_rows`, of the mean radius; ValueError for a number that none of them has."""
+        rows = self.moment_ratio_rows()
+        if not 0 <= number < len(rows):
+            raise ValueError(f"{self.name} has {len(rows)} moment ratios, numbered from 0, and none of number {number}")
+        return rows[number]
+
     def moment_of_inertia(self, kind: str = "mean") -> float:
         """Return the adopted "mean" or "polar" moment in kg m2; errors as of `moment_ratio`."""
         return self.moment_ratio(kind).value * self.mass * self.mean_radius**2
@@ -191,7 +198,7 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
             near = difflib.get_close_matches(key, sorted(known_names), 1, 0.0)[0]
             raise ValueError(f"{key} is no quantity of the table of bodies; did you mean {near}?")
     for key, value in {"mass": mass, "mean_radius": mean_radius, **quantities}.items():
-        known = key.endswith(_ERROR) or (np.ndim(value) == 0 and np.isfinite(value))
+        known = key.endswith(_ERROR) or (np.ndim(value) == 0 and not isinstance(value, str) and np.isfinite(value))
         if not known or (key in ("mass", "mean_radius") and value <= 0):
             raise ValueError(f"{key} of {name} must be a finite number that a body can have, not {value!r:.60}")
     values = {"gm": GRAVITATIONAL_CONSTANT * mass, "mean_radius": mean_radius, **quantities}

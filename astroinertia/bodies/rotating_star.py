@@ -300,7 +300,7 @@ def end_of_sequence(
     return _march(lambda star: -1.0, matter, law, resolution, within, scale)[0]
 
 
-@with_quantities()
+@with_quantities(value="SI")
 def rotating_star_with(
     quantity: str, value: float, matter: ScaledLaw, law: Law = RIGID, resolution: Resolution | None = None,
     **scale: float,

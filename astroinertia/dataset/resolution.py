@@ -63,7 +63,7 @@ def _flown_apart(series: Mapping[str, np.ndarray]) -> str:
     return (
         f"the body flew apart: at the end half of its mass is {half[-1]:.3g} times as far from its centre as at the "
         f"start, 99 % of it within {most[-1]:.3g} times as far, and gravity does not hold it; its shape, spin and "
-        "moment ratio are those of the debris. Less heat or slower rotation at the start would be right."
+        "moment ratio are those of the debris. Less heat, slower rotation or a weaker pull from outside would hold it."
     )
 
 

@@ -41,11 +41,11 @@ class Characteristic:
     between it and the axis of the largest moment. momentum_axis: the direction of L, where it is known, and
     momentum_wobble: its angle from that axis. second_moment: trace of Q. gravitational: |W|. rotational: T, of all
     motion that neither swells nor shrinks the body; shear: size of the rate of strain of that motion. triple_pressure:
-    3 times the volume integral of the pressure; further_pressure: that of what effects add to it at the start.
-    expansion: rate at which the size grows. fallen: share of the mass that would be in the centre at the end if nothing
-    held it up. deforms: the model lets the body change its size; held: the
-    pressure keeps its volume, whatever happens; homologous: it falls without one part passing another. bodies: how
-    many; touching: materials meet in it, or bodies can.
+    3 times the volume integral of the pressure; further_pressure: that of what effects add to it at the start;
+    added_weight: what effects add to |W| over it. expansion: rate at which the size grows. fallen: share of the mass
+    that would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size;
+    held: the pressure keeps its volume, whatever happens; homologous: it falls without one part passing another.
+    bodies: how many; touching: materials meet in it, or bodies can.
     weighs, presses: whether gravity and pressure act, as far as that is settled.
     """
 
@@ -66,6 +66,7 @@ class Characteristic:
     gravitational: float | None = None
     triple_pressure: float | None = None
     further_pressure: float = 0.0
+    added_weight: float = 0.0
     gamma: float = 5.0 / 3.0
     thermal_energy: float | None = None
     rotational: float | None = None
@@ -151,7 +152,7 @@ class Characteristic:
             return None
         assert self.second_moment is not None
         further = self.further_pressure / self.second_moment if self.presses else 0.0
-        return (zone.pressure + further + zone.turning) / zone.weight
+        return (zone.pressure + further + zone.turning) / (zone.weight * (1.0 + self.added_weight))
 
     @property
     def zone(self) -> Zone | None:

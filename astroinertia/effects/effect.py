@@ -63,6 +63,8 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     """How large it is in a scene, and what leaving it out would change; None where it does not say."""
     external: ClassVar[bool] = False
     """Exchanges momentum or energy with the outside of the fluid."""
+    not_finite: ClassVar[str] = ""
+    """What has happened where its acceleration is no longer finite, if something particular has."""
 
     def __init_subclass__(cls) -> None:
         for name in PARTS:

@@ -22,7 +22,8 @@ class Entry:
     candidates: "always", where there are "companions", or where bodies or kinds of matter are "touching". needs: the
     effects that it cannot be without. gradients: whether it asks for a pass over gradients, from its options.
     limit_power: of the number of particles, that its time-step limit falls with. presses: whether it adds to the
-    pressure of matter, `further_pressure` of its class. package: name and version of the one that it comes from, empty
+    pressure of matter, `further_pressure` of its class. added_weight: from a body and its options, what it adds to |W|
+    over |W|, None where that is not known. package: name and version of the one that it comes from, empty
     where it was given from Python or is of this package. rank: its place in lists; those of one rank by their names.
     made: its class.
     """
@@ -41,6 +42,7 @@ class Entry:
     gradients: Callable[[Mapping[str, Any]], bool] | None = None
     limit_power: float = 0.0
     presses: bool = False
+    added_weight: Callable[[Any, Mapping[str, Any]], float | None] | None = None
     package: str = ""
     rank: int = 100
     made: Any = field(kw_only=True)

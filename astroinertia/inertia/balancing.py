@@ -52,7 +52,7 @@ def unbalance_of_body(body: Body) -> tuple[Array, Array]:
     return body.mass[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
 
 
-@with_quantities()
+@with_quantities(unbalance="kg m")
 def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, Array]:
     """U and D, (2,) each, from vectors m r (n, 2) measured in planes at z (n,).
 
@@ -75,7 +75,7 @@ def phasors(size: Array, angle: Array) -> Array:
     return xp.asarray(size)[..., None] * xp.stack([xp.cos(angle), xp.sin(angle)], axis=-1)
 
 
-@with_quantities()
+@with_quantities(static="kg m", dynamic="kg m2")
 def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
     """The vectors m r in two planes that are the same unbalance, (..., 2 planes, 2).
 
@@ -93,7 +93,7 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
     return xp.stack([static - share, share], axis=-2)
 
 
-@with_quantities()
+@with_quantities(static="kg m", dynamic="kg m2")
 def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float]) -> Array:
     """Vectors m r to be added in two planes to balance a rotor, (..., 2 planes, 2): minus its equivalent there.
 
@@ -103,7 +103,7 @@ def two_plane_correction(static: Array, dynamic: Array, planes: Sequence[float])
     return -two_plane_equivalent(static, dynamic, planes)
 
 
-@with_quantities()
+@with_quantities(correction="kg m")
 def correction_masses(correction: Array, radii: Array, remove: bool = False) -> tuple[Array, Array]:
     """Masses (..., 2) and angles (..., 2) in radians, from x towards y, of corrections m r (..., 2, 2) at two radii.
 
@@ -124,7 +124,7 @@ def correction_masses(correction: Array, radii: Array, remove: bool = False) -> 
     return mass, xp.arctan2(sign * correction[..., 1], sign * correction[..., 0])
 
 
-@with_quantities(rate="rad/s")
+@with_quantities(static="kg m", dynamic="kg m2", rate="rad/s", bearings="m")
 def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequence[float]) -> Array:
     """Forces (..., 2 bearings, 2) of a rotor on bearings at two z when it turns at `rate` (rad per time).
 
@@ -140,7 +140,7 @@ def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequenc
     return rate[..., None, None] ** 2 * forces
 
 
-@with_quantities()
+@with_quantities(static="kg m", dynamic="kg m2")
 def best_holes(
     static: Array,
     dynamic: Array,

@@ -151,7 +151,7 @@ def flywheel_rates(torque: Array, angles: Array, moment: Array, rate: Array, loa
     return xp.sqrt(xp.where(stopped, xp.nan, square))
 
 
-@with_quantities()
+@with_quantities(rate="rad/s")
 def spinning_disc_stress(density: Array, radius: Array, rate: Array, poisson_ratio: Array = 0.3) -> Array:
     """(3 + nu)/8 rho w^2 R^2: the greatest stress in a flat disc without a hole, at its centre, hoop and radial alike.
 

@@ -7,11 +7,14 @@ tests/unit/inertia/test_tensor.py and, over twelve decades of mass and length, b
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from astroinertia.process.quantities import with_quantities
+
+if TYPE_CHECKING:
+    from xarray import DataArray
 
 Array = Any
 
@@ -73,7 +76,7 @@ def point_inertia(mass: Array, position: Array) -> Array:
     return xp.asarray(mass)[..., None, None] * inertia_from_second_moment(x[..., :, None] * x[..., None, :])
 
 
-@with_quantities()
+@with_quantities(position="SI")
 def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -> Array:
     """Centre of mass (..., 3) of particles: mass (..., N), position (..., N, 3), weights (..., N) that multiply mass.
 
@@ -101,7 +104,7 @@ def second_moment(mass: Array, position: Array, origin: Array | None = None, wei
     return mixed_moment(mass, position, position, origin, origin, weights)
 
 
-@with_quantities()
+@with_quantities(left="SI", right="SI", left_origin="SI", right_origin="SI")
 def mixed_moment(
     mass: Array,
     left: Array,
@@ -143,15 +146,16 @@ def inertia_tensor(mass: Array, position: Array, origin: Array | None = None, we
     return inertia_from_second_moment(second_moment(mass, position, origin, weights))
 
 
-@with_quantities(density=None)
-def grid_inertia(density: Any, coordinates: Sequence[str] = ("x", "y", "z"), origin: Any = None) -> Any:
+@with_quantities(origin=None)
+def grid_inertia(density: "DataArray", coordinates: Sequence[str] = ("x", "y", "z"), origin: Any = None) -> Any:
     """Mass, centre of mass and inertia tensor of a density on a rectangular grid: xarray in, xarray out.
 
     density: DataArray with the dimensions `coordinates`, whose coordinates are the centres of cells, ascending or
     descending, evenly spaced or not (walls lie midway between centres); its other dimensions are batches. origin (3,),
-    the centre of mass where none is given. Returns a Dataset with mass (...), centre_of_mass (..., i) and
-    inertia_tensor (..., i, j) about the origin, in the axes of the grid. Exact for a density that is constant in each
-    cell. ValueError where a dimension has fewer than two cells or is not ascending or descending.
+    plain numbers in the unit of the coordinates, the centre of mass where none is given. Returns a Dataset with mass
+    (...), centre_of_mass (..., i) and inertia_tensor (..., i, j) about the origin, in the axes of the grid. Exact for a
+    density that is constant in each cell. ValueError where a dimension has fewer than two cells or is not ascending or
+    descending.
 
     >>> import xarray as xr
     >>> cells = np.array([-0.5, 0.5])  # a cube with sides of 2, of density 1: M (b^2 + c^2) / 12
@@ -349,10 +353,9 @@ def require_plausible(inertia: Array) -> None:
         if low < -_ROUND_OFF * max(-low, high):
             raise ValueError(f"principal moments are not negative, and this tensor has {low:.6g}")
         if low + middle < high * (1 - _ROUND_OFF):
-            raise ValueError(
-                f"no body has these moments: {low:.6g} + {middle:.6g} < {high:.6g}, "
-                "and none may exceed the sum of the other two"
-            )
+            digits = 6 if f"{low + middle:.6g}" != f"{high:.6g}" else 16
+            shown = " + ".join(f"{moment:.{digits}g}" for moment in (low, middle)) + f" < {high:.{digits}g}"
+            raise ValueError(f"no body has these moments: {shown}, and none may exceed the sum of the other two")
 
 
 @with_quantities()

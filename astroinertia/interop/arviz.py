@@ -10,6 +10,8 @@ from importlib.metadata import version
 import numpy as np
 import xarray as xr
 
+from astroinertia.errors import SceneError
+
 _ORDER = ("chain", "draw")
 
 
@@ -40,6 +42,8 @@ def arviz_tree(posterior: xr.Dataset) -> xr.DataTree:
         "walker": ("chain", np.tile(np.arange(walkers), chains)),
     }
     variables = {name: _by_walker(values) for name, values in posterior.data_vars.items()}
+    if lacking := [name for name in ("log_probability", "acceptance") if name not in variables]:
+        raise SceneError(f"the draws have no '{lacking[0]}', which those of studies.sampling.sample have")
     stats = {"lp": variables.pop("log_probability"), "acceptance_rate": variables.pop("acceptance")}
     stats["lp"].attrs["long_name"] = "logarithm of the posterior density, but for a constant"
     stats["acceptance_rate"].attrs["long_name"] = "share of proposals that were accepted"

@@ -19,7 +19,7 @@ from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, unit_of, written
 from astroinertia.plots.style import short_name, words
 
-_WIDTH = 34
+_WIDTH = 40
 _ASKED = "settings chosen for an accuracy of "
 *_SHAPES, _J2 = DIFFERENCES
 
@@ -105,6 +105,8 @@ def _body(dataset: xr.Dataset) -> Table:
         *((_ratio_text(dataset[name]), dataset[name]) for name in RATIOS if name in dataset),
         *(("J2", dataset[name]) for name in (_J2,) if name in dataset),
     ]
+    if "sink_mass" in dataset:
+        rows.append(("mass of the sinks", dataset["sink_mass"].sum("sink").assign_attrs(dataset["sink_mass"].attrs)))
     below = ""
     if angular_momentum_scale(dataset)[1]:
         relative = "" if dataset.attrs.get("frame", INERTIAL) == INERTIAL else "; all relative to the rotating frame"
@@ -215,9 +217,8 @@ def _regions(dataset: xr.Dataset) -> Table | None:
 def _accuracy(dataset: xr.Dataset) -> Table:
     largest = energy_scale(dataset)
     total = dataset["total_energy"].values
-    momentum = dataset["angular_momentum"].transpose("time", "i").values
     size, turning = angular_momentum_scale(dataset)
-    drift = _largest(np.linalg.norm(momentum - momentum[0], axis=1)) / size
+    drift = _drift(dataset["angular_momentum"])
     mass, spread = dataset["mass"].values, np.sqrt(2.0 * dataset["mass"].values * abs(dataset["kinetic_energy"].values))
     pushed = np.linalg.norm(dataset["momentum"].transpose("time", "i").values, axis=1)
     rows = [
@@ -230,7 +231,7 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         ),
         (
             "change of the angular momentum",
-            drift,
+            drift / size,
             "of the largest angular momentum" if turning else "of 2 √(tr Q tr K), there is no spin",
         ),
         (
@@ -239,10 +240,20 @@ def _accuracy(dataset: xr.Dataset) -> Table:
             "of √(2 M E_kin) at its largest",
         ),
     ]
+    if "system_angular_momentum" in dataset:  # which what the body accretes, or what is beside it, has a part in
+        whole = dataset["system_angular_momentum"]
+        share = _drift(whole) / (float(np.linalg.norm(whole, axis=whole.get_axis_num("i")).max()) or np.nan)
+        rows.insert(4, ("  and of all bodies together", share, "of its largest"))
     finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
     return Table(
         "Accuracy and conservation", (), finite, (_WIDTH, 14), _chosen_for(str(dataset.attrs.get("choice", "")))
     )
+
+
+def _drift(momentum: xr.DataArray) -> float:
+    """The largest change of a vector since the start."""
+    values = momentum.transpose("time", "i").values
+    return _largest(np.linalg.norm(values - values[0], axis=1))
 
 
 def _chosen_for(choice: str) -> str:

@@ -117,7 +117,8 @@ def reach(particles: Matter) -> float:
     mass = np.cumsum(particles.mass[order])
     inside = np.minimum(np.searchsorted(mass, np.array([0.5, SHARE_SHOWN]) * mass[-1]), len(order) - 1)
     half, most = radius[order[inside]]
-    widest = min(1.3 * most, 1.25 * radius.max())
+    outermost = radius.max()
+    widest = 1.05 * outermost if 1.2 * most < outermost < 1.6 * most else min(1.3 * most, 1.25 * outermost)
     return float(
         min(widest, np.sqrt(CORE * half * widest)) if half > 0.0 else widest
     )  # the middle of core and envelope

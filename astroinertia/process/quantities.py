@@ -25,10 +25,11 @@ _NAMES = {
     "width length semi_major_axis semi_major_axes semi_axes semi_axis_x semi_axis_y distance position positions "
     "vertices points origin offset edge wall planes softening crust_thickness",
     "density": "density densities mean_density mantle_density core_density outer_density shell_density crust_density "
-    "inner_densities outer_densities",
+    "central_density inner_densities outer_densities",
     "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
     "characteristic_age time_span",
-    "angular_velocity": "angular_velocity spin_rate node_rate crust_rate superfluid_rate forcing_rate mean_motion",
+    "angular_velocity": "angular_velocity rotation_rate spin_rate node_rate crust_rate superfluid_rate forcing_rate "
+    "mean_motion",
     "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment",
     "angular_momentum": "angular_momentum orbital_angular_momentum spin_angular_momentum mixed_moment",
     "energy": "kinetic_tensor virial_tensor second_moment_acceleration excess_energy gravitational_energy",
@@ -47,6 +48,7 @@ DIMENSIONS: dict[str, Any] = {name: dimension for dimension, names in _NAMES.ite
 EXPONENTS = {
     "gravitational_constant": (-1, 3, -2),
     "gravitational_parameter": (0, 3, -2),
+    "gm": (0, 3, -2),
     "accretion_rate": (1, 0, -1),
 }
 # How NumPy and JAX say that shapes do not go together.
@@ -57,6 +59,7 @@ _OF_SHAPES = re.compile(
 )
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
 _COMPONENTS = ("principal", "i", "j")  # dimensions of vectors and tensors in datasets, in their order there
+_MECHANICAL = {"kg", "m", "s", "rad"}
 _EXACT = 2**53  # whole numbers up to here are numbers of float64
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -76,7 +79,8 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
     tables and lists; a quantity of another dimension, or where a plain number is meant, is refused by the argument's
     name. So are complex numbers, truth values and masked entries where a physical quantity is meant. Lists of numbers
     become arrays where an array is meant, and whole numbers of physical quantities real ones. in_units: arguments that
-    are in other units than SI, each with it ("Msun"), or None for one that takes plain numbers alone. A default
+    are in other units than SI, each with it ("Msun"), None for one that takes plain numbers alone, or "SI" for one of
+    any dimension of mass, length and time. A default
     gravitational constant of 1 becomes that of SI where anything had a unit, also that of a body which `**scale` gives
     its mass, mean radius and constant. What is wrong with arguments is an InputError or InputTypeError, which are
     ValueError and TypeError, too; arrays whose shapes do not go together are named with these shapes.
@@ -115,10 +119,10 @@ class _Arguments:
         self.signature, self.in_units = inspect.signature(function), in_units
         self.function = function.__qualname__.removesuffix(".__init__")
         parameters = self.signature.parameters.items()
-        self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation)}
+        self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation).split("Mapping")[0]}
         self.labelled = {name for name, parameter in parameters if "DataArray" in str(parameter.annotation)}
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
-        self.arrays = {name for name, parameter in parameters if parameter.annotation is Any}
+        self.arrays = {name for name, parameter in parameters if _may_be_array(parameter)}
         self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
         scale = self.signature.parameters.get("scale")  # passed on to the scaling of a figure: mass, mean radius, G
         self.scales = scale is not None and scale.kind is scale.VAR_KEYWORD
@@ -152,7 +156,8 @@ class _Arguments:
         if hasattr(type(value), "data_vars"):
             return value  # a dataset, whose variables say their units to whoever reads them
         if isinstance(value, Mapping) and any(map(_may_have_unit, value.values())):
-            table = {key: self._number(str(key), item, units) for key, item in value.items()}
+            of_one = name in DIMENSIONS or name in self.in_units  # such as masses by the names of bodies
+            table = {key: self._number(name if of_one else str(key), item, units) for key, item in value.items()}
             return value if all(table[key] is item for key, item in value.items()) else table
         if isinstance(value, list | tuple) and any(map(_may_have_unit, value)):
             numbers = [self._number(name, item, units) for item in value]
@@ -166,7 +171,7 @@ class _Arguments:
                 return value
             own = None if dimension is None else units.si_unit(dimension)
             meant = self.in_units.get(name, own)
-            if meant is None or value.attrs["units"] in ("", "1"):
+            if value.attrs["units"] in ("", "1") or (meant is None and name not in self.in_units):
                 return value
             if value.attrs["units"] == meant:
                 return _bare(value)
@@ -174,14 +179,23 @@ class _Arguments:
             if name in self.texts or _is_number(value):
                 return value
             if self.in_units.get(name) is not None:
-                return self._said(name, lambda: units.in_unit(units.parsed(value), self.in_units[name]))
+                return self._said(name, lambda: self._in_own(units, units.parsed(value), name))
             if name in self.in_units or dimension is None:
                 return value
             return self._said(name, lambda: units.quantity(value, dimension))
         quantity = self._said(name, lambda: units.with_unit(value))
         if name in self.in_units:
-            return self._said(name, lambda: units.in_unit(quantity, self.in_units[name]))
+            return self._said(name, lambda: self._in_own(units, quantity, name))
         return self._said(name, lambda: units.in_si(quantity, dimension))
+
+    def _in_own(self, units: Any, quantity: Any, name: str) -> Any:
+        """The numbers of a quantity in the unit that its argument has."""
+        unit = self.in_units[name]
+        if unit != "SI":
+            return units.in_unit(quantity, unit)
+        if not {str(base) for base in quantity.si.unit.bases} <= _MECHANICAL:
+            raise SceneError(f"must be in units of mass, length and time, not in {quantity.unit}.")
+        return units.in_unit(quantity, str(quantity.si.unit))
 
     def _real(self, name: str, value: Any) -> Any:
         """The value, a list of numbers as an array where one is meant; InputError where a quantity cannot be so."""
@@ -218,6 +232,10 @@ class _Arguments:
             return convert()
         except SceneError as error:
             raise InputError(f"{name}: {error}") from None
+
+
+def _may_be_array(parameter: inspect.Parameter) -> bool:
+    return parameter.annotation in (Any, Any | None)
 
 
 def _is_number(text: str) -> bool:
@@ -318,7 +336,7 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
         if (wanted := _wanted(signature.parameters[key], value)) is not None:
             return InputTypeError(f"{key} of {name} must be {wanted}, not {_kind(value)}.")
     for key, value in bound.arguments.items():
-        if isinstance(value, str) and signature.parameters[key].annotation is Any:
+        if isinstance(value, str) and _may_be_array(signature.parameters[key]):
             return InputTypeError(f"{key} of {name} must be a number or an array, not {value!r:.60}.")
     if of_shapes and (misfit := _misfit(signature, bound.arguments, function, first)) is not None:
         return InputTypeError(f"{name} {misfit}.")
@@ -341,7 +359,7 @@ def _misfit(signature: Any, given: Mapping[str, Any], function: Any, error: Base
         if isinstance(value, list | tuple) and len({np.shape(row) for row in value}) > 1:
             return f"needs rows of one length for {key}"
     shapes = {key: np.shape(value) for key, value in given.items() if not isinstance(value, str) and _is_numeric(value)}
-    if not any(shape or signature.parameters[key].annotation is Any for key, shape in shapes.items()):
+    if not any(shape or _may_be_array(signature.parameters[key]) for key, shape in shapes.items()):
         return None
     meant = {key: re.search(rf"\b{key} (\([^()]*\))", inspect.getdoc(function) or "") for key in shapes}
     stated = ", ".join(f"{key} {found[1]}" for key, found in meant.items() if found)

@@ -18,7 +18,8 @@ from astroinertia.process.quantities import with_quantities
 Array = Any
 
 _AXES = "xyz"
-_DIGITS = 1e-6  # by which a rotation that was written down may be off, as scenes take axes; what follows is off as much
+# By which a rotation that was written down may be off, as scenes take axes; what follows is off as much.
+ROUGHLY_ORTHOGONAL = 1e-6
 
 
 @with_quantities()
@@ -264,7 +265,7 @@ def _require_rotation(matrix: Array) -> None:
     """ValueError for matrices (..., 3, 3) that are no rotations; one with NaN is not known, nor is what follows."""
     if is_known(matrix):
         matrix = np.asarray(matrix)
-        require_orthogonal(matrix[~np.isnan(matrix).any((-2, -1))], _DIGITS, may_mirror=False)
+        require_orthogonal(matrix[~np.isnan(matrix).any((-2, -1))], ROUGHLY_ORTHOGONAL, may_mirror=False)
 
 
 def _axes(sequence: str) -> tuple[int, int, int]:

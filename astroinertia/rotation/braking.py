@@ -58,7 +58,7 @@ class Braking:
     def time_to(self, angular_velocity: Array) -> np.ndarray:
         """The time from the start until the rate is that (negative: how long before it was), by quadrature.
 
-        ValueError for a rate that is not positive: none comes to rest in the time that a number holds.
+        ValueError for a rate that is not positive.
         """
         share = np.asarray(angular_velocity, dtype=float) / self.angular_velocity
         if not (np.isfinite(share).all() and (share > 0).all()):
@@ -90,7 +90,9 @@ class Braking:
 
         solution = solve_ivp(slope, (0.0, times[-1]), [0.0], "DOP853", t_eval=times, rtol=_RELATIVE, atol=1e-14)
         if not solution.success or not np.isfinite(solution.y).all():
-            raise NumericalError(f"the spin-down could not be followed to the time {times[-1]:.6g}: {solution.message}")
+            rests = min(index for index, share in zip(self.indices, self.shares, strict=True) if share > 0) < 1.0
+            why = "it comes to rest before" if rests else solution.message
+            raise NumericalError(f"the spin-down could not be followed to the time {times[-1]:.6g}: {why}")
         return self.angular_velocity * np.exp(solution.y[0])
 
     def _moment(self, angular_velocity: Array, power: int) -> Array:

@@ -92,7 +92,7 @@ def cassini_states(precession_constant: float, node_rate: float, inclination: fl
     >>> print(len(cassini_states(1.0, -0.1, 0.05)), len(cassini_states(1.0, -2.0, 0.05)))  # slow node, fast node
     4 2
     """
-    if not (precession_constant > 0 and node_rate != 0 and 0 < inclination < np.pi / 2):
+    if not (0 < precession_constant < np.inf and 0 < abs(node_rate) < np.inf and 0 < inclination < np.pi / 2):
         raise ValueError("Cassini states need precession_constant above 0, a moving node and 0 < inclination < pi/2")
     # A node that advances has the states of one that regresses, for the opposite spin.
     rate, opposite = -abs(node_rate), node_rate > 0

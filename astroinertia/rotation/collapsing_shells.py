@@ -115,6 +115,8 @@ class Shells:
         mass lies below j. Source: Mestel 1963, MNRAS 126, 553 (the sphere of uniform density).
         """
         bound = np.asarray(specific_angular_momentum, dtype=float)[..., None]
+        if (bound < 0).any():
+            raise ValueError("the spectrum is of specific angular momenta that are not negative")
         highest = np.abs(self.equatorial_specific_angular_momentum)
         edges = np.cumsum(self.mass) / self.mass.sum()
         middles = edges - 0.5 * self.mass / self.mass.sum()

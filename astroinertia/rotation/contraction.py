@@ -69,7 +69,7 @@ def radius_at_luminosity(
     return np.asarray(radius, dtype=float) / _swollen(1 + np.asarray(time, dtype=float) / scale)
 
 
-@with_quantities()
+@with_quantities(effective_temperature="K")
 def radius_at_temperature(
     time: Array, mass: Array, radius: Array, effective_temperature: Array, index: Array = 1.5, gamma: Array = 5 / 3
 ) -> Array:

@@ -18,10 +18,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import require_plausible, rotated
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation.attitude import angle_between, rotation
+from astroinertia.rotation.attitude import ROUGHLY_ORTHOGONAL, angle_between, rotation
 from astroinertia.rotation.elliptic import PI, Clock, complete_integral, decimal, digits, hyperbolic, jacobi, unit
 from astroinertia.rotation.free_top import FreeTop, angular_velocity as body_rates, checked_times, clock, free_top
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
@@ -37,7 +38,8 @@ def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarr
 
     start (3, 3): the attitude at time 0; where none is given the axes coincide then. Every component to 2e-15, for
     any number of turns of the exact moments and angular velocity that the top was given; a relative error e in these
-    turns the result by e times the angle turned through. ValueError for times that are not finite.
+    turns the result by e times the angle turned through. ValueError for times that are not finite, and for a start that
+    is no rotation.
     Source: Whittaker (1937), section 69. Test: tests/unit/rotation/test_free_attitude.py.
 
     >>> from astroinertia.rotation.free_top import free_top
@@ -48,6 +50,7 @@ def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarr
     """
     times = checked_times(times)
     at_start = np.eye(3) if start is None else np.asarray(start, dtype=float)
+    require_orthogonal(at_start, ROUGHLY_ORTHOGONAL, may_mirror=False)
     if top.motion == "steady":
         return _turned_steadily(top, times) @ at_start
     body, phase = _body_frame_and_phase(top, times)

@@ -9,6 +9,7 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 
 KINDS = ("ordinary", "recycled", "magnetar", "isolated")
+_BY_1950 = {"b0531+21": "crab", "b0833-45": "vela", "b1913+16": "hulse-taylor", "b1257+12": "lich"}  # B1950 places
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,14 @@ def pulsars() -> tuple[Pulsar, ...]:
 
 @with_quantities()
 def pulsar(name: str) -> Pulsar:
-    """Return a pulsar by either name, such as "Crab" or "J0534+2200"; UnlistedError where the table has none of it.
+    """Return a pulsar by any of its names, such as "Crab", "J0534+2200" or "PSR B0531+21"; UnlistedError for others.
 
     >>> print(f'{1e3 * pulsar("Crab").period:.1f} ms, n = {pulsar("Crab").braking_index}')
     33.4 ms, n = 2.51
     """
+    wanted = name.lower().removeprefix("psr").strip()
+    wanted = _BY_1950.get(wanted, wanted)
     for row in pulsars():
-        if name.lower() in (row.name.lower(), row.jname.lower()):
+        if wanted in (row.name.lower(), row.jname.lower()):
             return row
     raise UnlistedError(f"the table has no pulsar {name!r}")

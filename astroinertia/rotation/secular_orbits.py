@@ -41,7 +41,7 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     return float(leading * hyp2f1(s, s + abs(j), abs(j) + 1, ratio**2))
 
 
-@with_quantities()
+@with_quantities(central="m3/s2", parameters="m3/s2", nodes="rad")
 def node_modes(
     central: float, parameters: Array, semi_major_axes: Array, inclinations: Array, nodes: Array
 ) -> NodeModes:

@@ -33,7 +33,7 @@ class SpinHistory(NamedTuple):
     steps: int
 
 
-@with_quantities()
+@with_quantities(amplitudes=None, rates="rad/s", phases="rad")
 def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -> np.ndarray:
     """Normals (..., 3) of an orbit whose sin(I/2) exp(i node) is a sum of terms (J,): rad, rad s-1, rad.
 
@@ -50,7 +50,7 @@ def orbit_normal(times: Array, amplitudes: Array, rates: Array, phases: Array) -
     return np.stack([2 * y * root, -2 * x * root, 1 - 2 * (x**2 + y**2)], -1)
 
 
-@with_quantities()
+@with_quantities(precession_constant="rad/s", amplitudes=None, rates="rad/s", phases="rad")
 def spin_history(
     times: Array, axis: Array, precession_constant: float, amplitudes: Array, rates: Array, phases: Array,
     growth_rate: float = 0.0, steps_per_radian: int = _STEPS,
@@ -70,6 +70,10 @@ def spin_history(
         raise ValueError("the times of a spin's history increase and are finite")
     if start.shape != (3,) or not 0 < largest < np.inf:
         raise ValueError("the axis of a spin has three components and a length")
+    if not np.isfinite([precession_constant, growth_rate]).all():
+        raise ValueError(
+            f"a precession constant and its growth are finite, not {precession_constant} and {growth_rate}"
+        )
     last = abs(precession_constant) * max(np.exp(growth_rate * times[0]), np.exp(growth_rate * times[-1]))
     fastest = max(np.abs(terms[1]).max(), 0.1 * last, abs(growth_rate))
     spans = np.diff(times)

@@ -53,7 +53,7 @@ def orientation(kernels: Kernels, name: str, time: float = 0.0) -> Orientation:
         )  # fmt: skip
 
 
-@with_quantities()
+@with_quantities(companions="kg")
 def orbits(
     kernels: Kernels, name: str, companions: Mapping[str, float], times: tuple[float, float],
     axes: np.ndarray | None = None, tolerance: float = 1e-8,

@@ -4,6 +4,7 @@ Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,13 @@ def characteristic(scene: Scene) -> Characteristic:
         numbers["neighbours"] = _neighbours(scene, constant, mass)
     if scene.bodies:
         numbers |= _several(scene)
-    return Characteristic(**numbers)
+    found = Characteristic(**numbers)
+    return replace(found, added_weight=_added_weight(scene, found))
+
+
+def _added_weight(scene: Scene, body: Characteristic) -> float:
+    of_effects = [(scene.entries[kind].added_weight, options) for kind, options in scene.effects.items()]
+    return sum(added(body, options) or 0.0 for added, options in of_effects if added is not None)
 
 
 def _gradient(body: Any) -> np.ndarray:

@@ -49,7 +49,7 @@ def load_file(path: str | os.PathLike[str], overrides: Sequence[str] = (), effec
     effects: of the user's own, as for `loads`.
     """
     text, name, origin = read_file(path)
-    return loads(text, overrides, origin, name, effects)
+    return with_all_listed(loads(text, overrides, origin, name, effects), effects)
 
 
 def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
@@ -73,7 +73,7 @@ def of_tables(tables: Any, effects: Sequence[Any] = ()) -> schema.Scene:
     stand in the tables.
     """
     text, own = text_of(tables)
-    return loads(text, origin=str(Path.cwd()), effects=(*own, *effects), numbered=False)
+    return with_all_listed(loads(text, origin=str(Path.cwd()), effects=(*own, *effects), numbered=False), effects)
 
 
 def loads(
@@ -110,7 +110,24 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
     """The scene with effects of the user's own besides those that it lists; SceneError where they do not go with it."""
     if not effects:
         return scene
-    return loads(scene.source, scene.overrides, scene.origin, effects=(*scene.own_classes, *effects))
+    found = loads(scene.source, scene.overrides, scene.origin, effects=(*scene.own_classes, *effects))
+    return with_all_listed(found, effects)
+
+
+def with_all_listed(scene: schema.Scene, given: Sequence[Any]) -> schema.Scene:
+    """The scene; SceneError for the class of an effect, or of an observable, that is given and not listed in it."""
+    observed, others = own_observables.apart([each for each in given if isinstance(each, type)])
+    effects, _, _ = own_bodies.entries(others)
+    for thing, table, classes, listed in (
+        ("effect", "effects", effects, {**scene.effects, **scene.candidates}),
+        (OBSERVABLES.thing, "observables", observed, scene.observables),
+    ):
+        if unlisted := [kind for kind in classes if kind not in listed]:
+            raise SceneError(
+                f"the class of the {thing} '{unlisted[0]}' is given, but the scene has no [{table}.{unlisted[0]}]: "
+                "list it, or give an instance of the class, which has its options."
+            )
+    return scene
 
 
 def refuse_other_options(scene: schema.Scene, effect: Any) -> None:

@@ -62,6 +62,8 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")
     1982 km
     """
+    if draws < 1:
+        raise ValueError(f"at least one draw is needed, not {draws}")
     assumed = assumed_layers(one)
     if assumed is None:
         return NOTHING
@@ -69,7 +71,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     generator = np.random.default_rng(_SEED)
     normal = generator.normal(size=(5, draws))
     radius = _drawn(one.adopted("mean_radius"), normal[0])
-    ratio = one.moment_ratio_rows()[ratio_row]
+    ratio = one.moment_ratio_row(ratio_row)
     shrunk = (one.mean_radius / radius) ** 2  # the moment itself is measured, not its ratio to this radius
     layers = _solved(
         3 * one.mass / (4 * np.pi * radius**3),

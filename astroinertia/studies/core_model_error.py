@@ -110,7 +110,7 @@ def model_error_of(one: SolarSystemBody, ratio_row: int = 0) -> CoreModelError:
         return NO_MODEL_ERROR
     name, density, crust = assumed
     layer = None if crust is None else (crust[0].value / one.mean_radius, crust[1].value)
-    ratio = one.moment_ratio_rows()[ratio_row].value
+    ratio = one.moment_ratio_row(ratio_row).value
     return core_model_error(one.mean_density, one.mean_radius, ratio, layer, **{name: density.value})
 
 

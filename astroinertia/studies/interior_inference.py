@@ -9,7 +9,8 @@ Tests: tests/unit/studies/test_interior_inference.py.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,6 +22,7 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.moment_ratio import fluid_love_number, synchronous_share
 from astroinertia.studies.sampling import sample
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
+from astroinertia.units import in_unit, parsed, with_unit
 
 CHOICES = ("core_density", "mantle_density", "core_radius_ratio")
 CRUST = ("crust_share", "crust_density")
@@ -55,6 +57,11 @@ class Gaussian:
         """Random values."""
         return generator.normal(self.mean, self.deviation, count)
 
+    def check(self) -> str:
+        """What is wrong with it, or nothing."""
+        good = math.isfinite(self.mean) and 0.0 < self.deviation < math.inf
+        return "" if good else "a finite mean and a deviation above 0"
+
 
 @dataclass(frozen=True)
 class Uniform:
@@ -71,8 +78,12 @@ class Uniform:
         """Random values."""
         return generator.uniform(self.low, self.high, count)
 
+    def check(self) -> str:
+        """What is wrong with it, or nothing."""
+        return "" if -math.inf < self.low < self.high < math.inf else "a finite low below a finite high"
 
-@with_quantities()
+
+@with_quantities(observed=None, assumed=None)
 def infer_interior(
     observed: Mapping[str, Gaussian],
     assumed: Mapping[str, Gaussian | Uniform],
@@ -87,11 +98,13 @@ def infer_interior(
     observed: mean_density and any more of DERIVED. assumed: exactly one of core_density, mantle_density and
     core_radius_ratio (core radius over R), and crust_share with crust_density for three layers;
     moment_ratio where it is not observed (uniform up to 0.4 otherwise). small_m: Omega^2 R^3/(GM), for what depends on
-    the rotation. Attributes of each variable have the distribution that was given for it: `observed_mean` and
-    `observed_deviation`, `prior_mean` and `prior_deviation`, or `prior_low` and `prior_high`. Whether it has converged:
-    `sampling.summary`, which refuses otherwise. SceneError for what is missing or unknown, NumericalError where no
-    interior agrees.
+    the rotation. Numbers of distributions are in SI, or have units. Attributes of each variable have the distribution
+    that was given for it: `observed_mean` and `observed_deviation`, `prior_mean` and `prior_deviation`, or `prior_low`
+    and `prior_high`. Whether it has converged: `sampling.summary`, which refuses otherwise. SceneError for what is
+    missing or unknown, NumericalError where no interior agrees.
     """
+    observed = {name: _plain(name, given, (Gaussian,)) for name, given in observed.items()}
+    assumed = {name: _plain(name, given, (Gaussian, Uniform)) for name, given in assumed.items()}
     choice, crust = _checked(observed, assumed, small_m)
     coordinates: dict[str, Gaussian | Uniform] = {
         "mean_density": observed["mean_density"],
@@ -156,10 +169,11 @@ def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) 
     assumed = _assumptions(one)
     observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}
     observed |= {quantity: _observation(one, quantity) for quantity in use}
-    posterior = infer_interior(observed, assumed, one.small_m * synchronous_share(one), **settings)
+    share = synchronous_share(one)
+    posterior = infer_interior(observed, assumed, one.small_m * share, **settings)
     posterior["core_radius"] = posterior["core_radius_ratio"] * one.mean_radius
     posterior["core_radius"].attrs = {"units": "m", "long_name": "radius of the core"}
-    posterior.attrs["body"] = one.name
+    posterior.attrs |= {"body": one.name, "small_m": one.small_m, "synchronous_share": share}
     return posterior
 
 
@@ -218,6 +232,26 @@ def _interior(values: Mapping[str, np.ndarray], choice: str, small_m: float, flu
     return interior
 
 
+def _plain(name: str, given: Any, kinds: tuple[type, ...]) -> Any:
+    """A distribution with its numbers in SI; SceneError where it is none."""
+    if not isinstance(given, kinds):
+        raise SceneError(f"{name} must be a {' or a '.join(kind.__name__ for kind in kinds)}, not {given!r:.60}")
+    unit = DERIVED.get(name, ("1", ""))[0]
+    try:
+        numbers = {key: float(_in_unit(value, unit)) for key, value in vars(given).items()}
+    except (SceneError, TypeError, ValueError) as error:
+        raise SceneError(f"{name}: {error}") from None
+    made = replace(given, **numbers)
+    if wanted := made.check():
+        raise SceneError(f"{name} needs {wanted}, not {given}")
+    return made
+
+
+def _in_unit(value: Any, unit: str) -> Any:
+    own = parsed(value) if isinstance(value, str) else with_unit(value)
+    return value if own is None else in_unit(own, unit)
+
+
 def _checked(observed: Mapping, assumed: Mapping, small_m: float) -> tuple[str, tuple[str, ...]]:
     if "mean_density" not in observed:
         raise SceneError("an interior needs the observed mean_density: mass over the volume of the mean radius")
@@ -228,7 +262,7 @@ def _checked(observed: Mapping, assumed: Mapping, small_m: float) -> tuple[str, 
         raise SceneError("without small_m, the measure of rotation, J2 and flattening say nothing")
     for name in assumed:
         if name not in (*CHOICES, *CRUST, "moment_ratio"):
-            raise SceneError(f"'{name}' is not to be assumed; {', '.join((*CHOICES, *CRUST))} are")
+            raise SceneError(f"'{name}' is not to be assumed; {', '.join((*CHOICES, *CRUST, 'moment_ratio'))} are")
     chosen = [name for name in CHOICES if name in assumed]
     if len(chosen) != 1:
         raise SceneError(f"exactly one of {', '.join(CHOICES)} has to be assumed, not {', '.join(chosen) or 'none'}")

@@ -157,7 +157,7 @@ def _sequence() -> dict[str, np.ndarray]:
 
 @with_quantities()
 def polytropic_index(ratio) -> np.ndarray:
-    """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0063 (n = 4.5).
+    """Return the index of the polytrope with this I/(M R^2), to 1e-5; NaN above 0.4 and below 0.0069 (n = 4.5).
 
     >>> print(f"{float(polytropic_index(0.2046)):.3f}")
     1.500

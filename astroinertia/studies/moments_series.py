@@ -5,6 +5,7 @@ Tests: tests/unit/studies/test_moments_series.py; tests/benchmarks/inertia_tenso
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,7 @@ from numba import njit
 
 from astroinertia.inertia import tensor
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_gap, tracked_frame
+from astroinertia.units import in_unit, parsed, with_unit
 
 BUFFER = 2**23  # bytes of particles that are read at a time, which a cache still holds when they are summed
 _BLOCK = 256  # particles summed by themselves before they join the total, which keeps the digits of a long sum
@@ -30,7 +32,8 @@ def moments_series(
 
     snapshots: opened lazily (xarray.open_dataset, open_mfdataset, a zarr store), with `position` (series, particle,
     component) and `mass` (series, particle) or (particle,), in any units and in any order of dimensions; nothing else
-    is read. about: a fixed point (3,); the centre of mass of each snapshot where none is given. tolerance: principal
+    is read. about: a fixed point (3,), in the unit of the positions or with units; the centre of mass of each snapshot
+    where none is given. tolerance: principal
     moments nearer than this share of the largest count as equal; axes are continuous in time (principal.tracked_frame).
     buffer: bytes of particles to hold at a time; the next are read while these are summed. netCDF's own cache, 64 MB a
     variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked
@@ -41,6 +44,7 @@ def moments_series(
     True
     """
     position, mass = _arranged(snapshots, series, particle, component)
+    point = None if about is None else _in_unit_of(position, about)
     count = position.sizes[series]
     snapshot_bytes = position.sizes[particle] * (3 * position.dtype.itemsize + mass.dtype.itemsize)
     step = max(1, buffer // max(snapshot_bytes, 1))
@@ -50,9 +54,29 @@ def moments_series(
     for some, (masses, points) in zip(slices, _read_ahead(position, mass, fixed, series, slices), strict=True):
         _sum(masses, points, total[some], centre[some], second[some])
     inertia = tensor.inertia_from_second_moment(second)
-    if about is not None:
-        inertia = tensor.about_point(inertia, total, np.asarray(about, dtype=float) - centre)
-    return _dataset(snapshots, series, position, mass, total, centre, inertia, about, tolerance)
+    if point is not None:
+        inertia = tensor.about_point(inertia, total, point - centre)
+    return _dataset(snapshots, series, position, mass, total, centre, inertia, point, tolerance)
+
+
+def _in_unit_of(position: xr.DataArray, about: Any) -> np.ndarray:
+    """The numbers (3,) of a point in the unit of the positions; ValueError where they have none, or it is no point."""
+    own = str(position.attrs.get("units", ""))
+
+    def number(value: Any) -> Any:
+        stated = parsed(value) if isinstance(value, str) else with_unit(value)
+        if stated is None:
+            return value
+        if not own:
+            raise ValueError("about must have no unit, for the positions state none")
+        return in_unit(stated, own)
+
+    of_all = number(about)
+    values = of_all if of_all is not about else [number(value) for value in about]
+    point = np.asarray(values, dtype=float)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise ValueError(f"about must be three finite numbers, not {about!r:.60}")
+    return point
 
 
 def _arranged(snapshots: xr.Dataset, series: str, particle: str, component: str) -> tuple[xr.DataArray, xr.DataArray]:

@@ -37,7 +37,7 @@ def planetary_planes() -> tuple[tuple[str, ...], NodeModes]:
     return tuple(planets), node_modes(sun, parameters, axes, leans, nodes)
 
 
-@with_quantities(years="yr")
+@with_quantities(years="yr", precession_constant="rad/s")
 def obliquity_history(
     name: str = "Mars", years: float = 1e9, precession_constant: float | None = None, samples: int = _SAMPLES
 ) -> xr.Dataset:
@@ -49,10 +49,11 @@ def obliquity_history(
     60 degrees (Laskar & Robutel 1993, Nature 361, 608). SceneError for another planet, for a time that is not above 0
     and for fewer than two samples. Checked by tests/unit/rotation/test_secular_orbits.py.
     """
+    name = name.capitalize()
     if name not in _POLES:
         raise SceneError(f"the obliquity of {name} over ages is not known here; take {' or '.join(_POLES)}")
-    if not 0 < years < np.inf or samples < 2:
-        raise SceneError("an obliquity is followed for a time above 0, and recorded twice or more")
+    if not 0 < years < np.inf or not isinstance(samples, int | np.integer) or samples < 2:
+        raise SceneError("an obliquity is followed for a time above 0, and recorded twice or more, a whole number")
     names, modes = planetary_planes()
     k = names.index(name)
     right, declination = np.radians(_POLES[name])

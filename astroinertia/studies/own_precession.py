@@ -76,8 +76,9 @@ def precession_of(
     and `node_period`, in which its node goes back once. Texts with units, astropy Quantities, or numbers in SI and rad.
     Along `companion`: `precession_rate` (rad s-1, positive where the node goes back), `tilt` of its mean orbit to the
     equator (rad), and the amplitudes `nutation_longitude` and `nutation_obliquity` (rad) of the nutation with its node,
-    NaN where that does not turn. Then `relativity` of the orbit, `total_rate` and `total_period`, and the
-    `dynamical_ellipticity` and `moment_ratio` of the body. SceneError, in a sentence, for what is no such number.
+    NaN where that does not turn, and in longitude for an obliquity of 0. Then `relativity` of the orbit, `total_rate`
+    and `total_period`, and the `dynamical_ellipticity` and `moment_ratio` of the body. SceneError, in a sentence, for
+    what is no such number.
     Checked by tests/unit/studies/test_own_precession.py against published rates of Saturn, Mars and the Earth.
 
     >>> sun = {"name": "Sun", "mass": "1 Msun", "period": "365.25636 d", "eccentricity": 0.0167}
@@ -98,6 +99,8 @@ def precession_of(
         raise SceneError("precession_of: two companions have the same name")
     outer = [orbit for orbit in orbits if orbit.mass > m]
     moons = [orbit for orbit in orbits if orbit.mass <= m]
+    if outer and moons and bulge < 0.0:
+        raise SceneError("precession_of: j2 must not be negative where there are moons")
     # Orbits have no direction to a torque: a body that turns backwards is one that is upside down.
     folded = max(min(theta, math.pi - theta), _UPRIGHT)
     common, tilts = _common_rate(folded, polar * rate, bulge, outer, moons, m)
@@ -119,6 +122,8 @@ def precession_of(
     total = backwards * common + relative
     back = "rate at which the equator's node goes back"
     longitudes, obliquities = zip(*swings, strict=True)
+    if min(theta, math.pi - theta) < _UPRIGHT:  # there the node of the equator is nowhere
+        longitudes, angles = [math.nan] * len(orbits), dict.fromkeys(angles, 0.0)
     swing = "amplitude of the nutation in {} with the node of its orbit"
     of_companions = {
         "precession_rate": (shares, "rad s-1", f"{back}, by each companion"),
@@ -220,7 +225,9 @@ def _mean_plane(
         turned -= sum(0.5 * strength * math.sin(2.0 * (plane - phi)) for strength, plane in others)
         return turned - momentum * rate * math.sin(phi)
 
-    most = theta + 0.25 * math.pi
+    if left(0.0) == 0.0:  # no bulge, and no other moon that turns it
+        return 0.0
+    most = theta if left(theta) > 0.0 else theta + 0.25 * math.pi
     if left(0.0) * left(most) >= 0.0:
         raise SceneError(f"precession_of: the mean orbit of {shown(moon.name)} keeps no tilt; is it bound?")
     root: Any = brentq(left, 0.0, most, xtol=1e-300, rtol=1e-14, maxiter=1000)  # pyright: ignore[reportArgumentType]
@@ -269,6 +276,8 @@ def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:
 
 def _number(name: str, value: Any, dimension: str, above: float) -> float:
     try:
+        if isinstance(value, bool):
+            raise ValueError(f"must be a number, not {value}")
         own = with_unit(value)
         value = value if own is None else written_quantity(own)
         made = quantity(value, dimension) if isinstance(value, str) and dimension != "dimensionless" else float(value)

@@ -275,7 +275,8 @@ def _change(metres: float) -> str:
 def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[str]:
     inputs = dict(parameters)
     predicted = len(inputs) == 2 and "moment_ratio" not in inputs
-    if len(inputs) == 1 and "moment_ratio" not in inputs:
+    known = one.has("mean_moment_ratio") or one.has("polar_moment_ratio")
+    if len(inputs) == 1 and "moment_ratio" not in inputs and known:
         inputs["moment_ratio"] = one.moment_ratio().value
     if len(inputs) != 2:
         raise SceneError(

@@ -39,12 +39,15 @@ def sample(
         import emcee  # pyright: ignore[reportMissingImports]  an extra: only sampling needs it
     except ImportError:
         raise SceneError("sampling a posterior needs emcee: pip install 'astroinertia[inference]'") from None
+    for name, count, least in (("draws", draws, 2), ("chains", chains, 1)):
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < least:
+            raise SceneError(f"{name} must be a whole number, {least} at least, not {count!r:.60}")
     if walkers < 2 * len(names) or walkers % 2:
         raise SceneError(f"{len(names)} parameters need an even number of walkers, {2 * len(names)} at least")
     positions, densities, accepted = [], [], []
     for generator in np.random.default_rng(seed).spawn(chains):
         begin = np.asarray(start(generator, walkers), dtype=float)
-        if not np.isfinite(log_probability(begin)).all():
+        if not np.isfinite(np.broadcast_to(log_probability(begin), walkers)).all():
             raise NumericalError("the sampling begins where the posterior is zero")
         sampler = emcee.EnsembleSampler(
             walkers,
@@ -110,6 +113,8 @@ def r_hat(values: np.ndarray) -> float:
     1.00
     """
     half = values.shape[2] // 2
+    if half == 0:
+        raise ValueError("R-hat compares halves of chains: it needs two draws at least")
     pieces = np.concatenate([values[:, :, :half], values[:, :, half : 2 * half]]).reshape(2 * len(values), -1)
     within = pieces.var(axis=1, ddof=1).mean()
     between = pieces.mean(axis=1).var(ddof=1)
@@ -125,6 +130,8 @@ def summary(posterior: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
 
     NumericalError for samples that have not converged: the sentence says which, and by how much.
     """
+    if absent := [name for name in names if name not in posterior]:
+        raise SceneError(f"there is no '{absent[0]}' among the samples; there is {', '.join(map(str, posterior))}")
     checks = diagnostics(posterior, names)
     bad = checks["parameter"].values[~checks["converged"].values]
     if len(bad):

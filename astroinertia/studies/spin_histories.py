@@ -140,13 +140,13 @@ def cloud_to_disc(
     cloud = shells_of(Polytrope(index, body, size, GRAVITATIONAL_CONSTANT), 2 * math.pi / turn, 400)
     outer = float(cloud.centrifugal_radius[-1] * (size / cloud.radius[-1]) ** 4 * cloud.enclosed_mass[-1] / body)
     radii = outer * np.geomspace(1e-4, 1.0, _RADII)
-    inside = cloud.disc_mass_inside(radii)
-    middle = np.sqrt(radii[1:] * radii[:-1])
-    density = np.diff(inside) / (math.pi * np.diff(radii**2))
+    half = np.sqrt(radii[1] / radii[0])
+    walls = np.append(radii / half, radii[-1] * half)
+    density = np.diff(cloud.disc_mass_inside(walls)) / (math.pi * np.diff(walls**2))
+    density[-1] = 0.0  # where only the equator comes to rest
     columns = {
-        "mass_inside": (inside, "kg", "mass that comes to rest inside"),
-        "surface_density": (np.exp(np.interp(np.log(radii), np.log(middle), np.log(density))), "kg m-2",
-                            "surface density"),
+        "mass_inside": (cloud.disc_mass_inside(radii), "kg", "mass that comes to rest inside"),
+        "surface_density": (density, "kg m-2", "surface density"),
         "orbital_period": (kepler_period(body, radii), "s", "period of the orbit"),
     }  # fmt: skip
     disc = _along("radius", radii, "m", "radius in the disc", columns, "the disc of a cloud")
@@ -165,6 +165,8 @@ def in_si(value: Quantity, dimension: str) -> float:
     >>> print(f"{in_si('1 h', 'time'):.0f}")
     3600
     """
+    if np.ndim(value) > 0:
+        raise SceneError(f"a {dimension.replace('_', ' ')} must be one number, not {value!r:.60}")
     number = quantity(value, dimension) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
         raise SceneError(f"a {dimension.replace('_', ' ')} must be positive and finite, not {value!r}")

@@ -58,7 +58,7 @@ def sweep(
     axes = {name: np.atleast_1d(np.asarray(axis, dtype=float)) for name, axis in values.items()}
     for name, axis in axes.items():
         if axis.ndim != 1 or not axis.size or not np.isfinite(axis).all():
-            raise SceneError(f"a sweep needs a list of finite values of {name}")
+            raise SceneError(f"a sweep needs a list of finite values of {name}, not {axis.tolist()!r:.60}")
     members = math.prod(axis.size for axis in axes.values())
     if members > LARGEST:
         raise SceneError(f"{members} combinations are more than the {LARGEST} that a sweep may have")

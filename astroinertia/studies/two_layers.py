@@ -52,13 +52,15 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
 def three_layers(mean_density, moment_ratio, crust_share, crust_density, **parameter) -> ThreeLayers:
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
-    Or with core_radius_ratio, over R. Numbers or arrays that broadcast. Checked by
-    tests/unit/studies/test_two_layers.py.
+    Or with core_radius_ratio, over R. Numbers or arrays that broadcast. ValueError for other names, or not one of them.
+    Checked by tests/unit/studies/test_two_layers.py.
 
     >>> mars = three_layers(3933.0, 0.3637, 0.015, 2900.0, core_density=6000.0)  # with a crust of 50 km
     >>> print(f"{mars.core_radius_ratio:.4f}")
     0.5884
     """
+    if len(parameter) != 1 or not set(parameter) <= set(PARAMETERS[1:]):
+        raise ValueError(f"three layers need one of {', '.join(PARAMETERS[1:])}, not {', '.join(parameter) or 'none'}")
     ((name, value),) = parameter.items()
     mean, ratio, shell, inner, assumed = _same(
         mean_density, moment_ratio, crust_density, 1 - np.asarray(crust_share), value
@@ -123,6 +125,8 @@ def impossible(mean_density: float, **parameters: float) -> str | None:
         return f"{stated['mantle_density']} kg/m3 is not below the mean density {mean_density:.5g} kg/m3"
     if not parameters.get("core_density", 2 * mean_density) > mean_density:
         return f"{stated['core_density']} kg/m3 is not above the mean density {mean_density:.5g} kg/m3"
+    if not 0 < parameters.get("core_radius_ratio", 0.5) < 1:
+        return f"{stated['core_radius_ratio']} is not between 0 and 1"
     return f"with {' and '.join(stated.values())} no mantle of a positive density is left"
 
 

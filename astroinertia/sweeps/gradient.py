@@ -60,11 +60,12 @@ def gradient(scene: Scene, of: str, by: Sequence[str]) -> xr.Dataset:
     tables = source.parse(scene.to_toml(), scene.name)
     numbers, units = zip(*(number_and_unit(value_of(tables, key)) for key in by), strict=True)
     written, unit = xr.DataArray(np.array(numbers), dims="parameter"), str(run[name].attrs.get("units", "1"))
-    per = {"units": f"{unit} per parameter_unit"}
+    text = run[name].attrs.get("long_name", name)
+    per = {"units": f"{unit} per parameter_unit", "long_name": f"derivative of {text} by the parameter"}
     result = {
         "value": value.assign_attrs(units=unit),
         "gradient": (slope / written).assign_attrs(per),
-        "gradient_error": (error / abs(written)).assign_attrs(per),
+        "gradient_error": (error / abs(written)).assign_attrs(per | {"long_name": "error of gradient"}),
     }
     clean = {key: array.reset_coords(drop=True) for key, array in result.items()}
     return xr.Dataset(clean).assign_coords(

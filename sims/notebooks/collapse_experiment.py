@@ -255,8 +255,8 @@ plots.projection_figure(cloud, particles)
 print(cloud.attrs["resolution_warnings"])
 
 # %% [markdown]
-# The run has counted its own particles and says what five hundred of them cannot tell: the density and the spin of the
-# centre. $I$, $L$ and $T/|W|$ of the whole cloud are another matter, and to see how well *these* are known, run it
+# The run has looked at its own particles and warns that five hundred of them may fall apart into pieces that are no
+# physics. $I$, $L$ and $T/|W|$ of the whole cloud are another matter, and to see how well *these* are known, run it
 # again with `particles = 2000`, or let `astroinertia run --error-bars` do that for you.
 #
 # Things to try: a colder cloud (`specific_internal_energy`) falls deeper and spins up more; with `t_over_w = 0.1` it

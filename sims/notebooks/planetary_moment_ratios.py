@@ -25,6 +25,8 @@
 # All measured numbers come from the package's table `data/planets.csv`, each with its uncertainty and source.
 
 # %%
+import re
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -99,7 +101,7 @@ figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constraine
 left.plot(family.core_density, family.core_radius / 1e3, lw=2, color="k", label="same mass and moment as Mars")
 for colour, row in zip(("C0", "C1", "C2", "C3"), published, strict=False):
     low, high = ((row.value + sign * row.uncertainty) / 1e3 for sign in (-1, 1))
-    left.axhspan(low, high, alpha=0.25, color=colour, lw=0, label=" ".join(row.source.split()[:4]))
+    left.axhspan(low, high, alpha=0.25, color=colour, lw=0, label=re.split(r"(?<=\d{4}) ", row.source)[0])
 left.set(
     xlabel=r"density of the core (kg m$^{-3}$)", ylabel="radius of the core (km)", title="Cores that Mars may have"
 )

@@ -13,7 +13,7 @@ import astroinertia
 from astroinertia.build.effects import effects_of
 from astroinertia.effects import REQUIRED, Effect, Option, Output, PairTerm, not_negative, positive, pytree
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
-from astroinertia.scene.load import load_file, loads
+from astroinertia.scene.load import load_file, loads, with_effects
 from astroinertia.scene.plan import code_units, plan
 from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
 
@@ -162,6 +162,8 @@ def test_the_class_alone_stands_for_what_the_scene_lists(drag, tmp_path) -> None
     assert scene.model_dump() == loads(LISTED, effects=[drag], origin=str(tmp_path)).model_dump()
     with pytest.raises(SceneError, match="is listed in the scene and given besides"):
         loads(LISTED, effects=[drag(k=K)])
+    with pytest.raises(SceneError, match=r"has no \[effects.cubic_drag\]: list it, or give an instance"):
+        with_effects(loads(SCENE), [drag])
     with pytest.raises(SceneError, match=r"\[effects.cubic_drag\] k is missing"):
         loads(SCENE + "[effects.cubic_drag]\n", effects=[drag])
 

@@ -169,7 +169,7 @@ WRONG: dict[str, tuple[Any, str]] = {
     "two moment ratios": (lambda _: inversion.two_layers(3933.5, [0.36, 0.3], mantle_density=3500.0), "moment_ratio"),
     "a spin in words": (
         lambda _: rotating_star.rotating_star_with("spin", "fast", barotropes.polytropic_matter(1.5)),  # pyright: ignore[reportArgumentType]
-        "value of rotating_star_with",
+        "value: 'fast'",
     ),
     "a density in km": (lambda _: moment_ratio.two_layer_sweep("Mars", {"core_density": 7 * u.km}), "core_density"),
     "a number for a planet": (lambda _: moment_ratio.two_layer_sweep(4, {"core_density": [7e3]}), "name"),

@@ -50,6 +50,7 @@ class RelativisticPotential(Effect):
     central: ClassVar[bool] = True
     external: ClassVar[bool] = True
     whole_body: ClassVar[bool] = True
+    not_finite: ClassVar[str] = "a horizon has formed, 2 G m = r c^2, beyond which this gravity goes no further"
 
     def weights(self, xp, fluid):
         """(g_TOV - g_N)/r of every particle, (N,)."""
@@ -102,19 +103,24 @@ class RelativisticPotential(Effect):
         return 1.0 / xp.sqrt(xp.max(xp.abs(self.weights(xp, fluid))) + 1e-60)
 
 
+def _added_weight(body: Characteristic, options: Options) -> float | None:
+    compact = lit(body, options).compactness
+    return None if compact is None else HEAVIER * compact
+
+
 def _size(body: Characteristic, options: Options) -> Found:
-    zone, compact = body.zone, lit(body, options).compactness
-    assert zone is not None and compact is not None
-    return compact, difference(zone, body.end, weight=zone.weight * (1.0 + HEAVIER * compact))
+    zone, compact, added = body.zone, lit(body, options).compactness, _added_weight(body, options)
+    assert zone is not None and compact is not None and added is not None
+    return compact, difference(zone, body.end, weight=zone.weight * (1.0 + added))
 
 
 ENTRY = Entry(
-    "general relativity's stronger gravity in the mean over spheres, beside Newton's (one round body)",
+    "general relativity's stronger gravity in the mean over spheres, beside Newton's (one round body, until a horizon)",
     {"speed_of_light": positive("velocity", LIGHT, "c; smaller than it is, the body is more compact")},
     "body", "Marek, Dimmelmeier, Janka, Mueller & Buras 2006, case A", colour="sky", needs=("gravity",),
     size=Measure(
         "G M/(R c^2)", "I of one zone by the virial theorem, with a weight larger by four times that",
         "Chandrasekhar 1969, section 14; Marek et al. 2006", _size, ZONE,
     ),
-    made=RelativisticPotential, rank=15,
+    made=RelativisticPotential, rank=15, added_weight=_added_weight,
 )  # fmt: skip

@@ -198,10 +198,12 @@ class Particles:
 
     def _diagnosis(self, what: str) -> NumericalError:
         rates, time = self.state.rates, self.time
-        for name, acceleration in zip(self.effects, effect_accelerations(np, mapped(np.asarray, rates)), strict=True):
+        accelerations = effect_accelerations(np, mapped(np.asarray, rates))
+        for effect, acceleration in zip(self.problem.effects, accelerations, strict=True):
             bad = np.flatnonzero(~np.isfinite(acceleration).all(axis=1))
             if len(bad):
-                return NumericalError(what, effect=name, time=time, particle=int(self.state.identity[bad[0]]))
+                what = effect.not_finite or what
+                return NumericalError(what, effect=effect.kind, time=time, particle=int(self.state.identity[bad[0]]))
         return NumericalError(what, effect=None, time=time, particle=int(self.state.identity[self._most_accelerated()]))
 
     def _most_accelerated(self) -> int:

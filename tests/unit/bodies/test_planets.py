@@ -157,6 +157,15 @@ def test_a_body_of_ones_own_has_quantities_of_the_table_only():
             own_body("mine", 6e24, 6.4e6, **{wrong: 0.3})
 
 
+def test_quantities_of_an_own_body_may_have_units():
+    given = {"rotation_rate": "360 deg/d", "central_density": "13 g/cm3"}
+    planet = own_body("mine", "1 Mearth", "1 Rearth", **given)
+    assert planet.angular_velocity == pytest.approx(2.0 * np.pi / 86400.0)
+    assert planet.value("central_density") == pytest.approx(13000.0)
+    with pytest.raises(ValueError, match="j2 of mine must be a finite number"):
+        own_body("mine", 6e24, 6.4e6, j2="1e-3")
+
+
 def test_j2_of_an_own_body_is_of_its_equatorial_radius():
     given = {"j2": 1.0826e-3, "equatorial_radius": 6378137.0, "mean_moment_ratio": 0.3307}
     planet = own_body("mine", 5.97e24, 6371e3, **given)

@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 from astropy import units
 
+from astroinertia.errors import SceneError
 from astroinertia.inertia import tensor
 
 
@@ -147,6 +148,18 @@ def test_a_grid_of_uneven_cells_is_the_sum_of_its_cells():
     np.testing.assert_allclose(about, expected, rtol=1e-12)
 
 
+def test_the_origin_of_a_grid_is_in_the_unit_of_its_coordinates():
+    cells = {name: (name, [-0.5, 0.5], {"units": "cm"}) for name in "xyz"}
+    cube = xr.DataArray(np.ones((2, 2, 2)), cells, tuple("xyz"), attrs={"units": "g cm-3"})
+    exact = 8 * (2.0**2 / 6 + 100.0**2)  # of a cube with sides of 2 cm, 1 m away
+    stated = xr.DataArray([1.0, 0.0, 0.0], dims="i", attrs={"units": "m"})
+    for origin in ([100.0, 0.0, 0.0], xr.DataArray([100.0, 0.0, 0.0], dims="i")):
+        assert tensor.grid_inertia(cube, origin=origin)["inertia_tensor"][1, 1] == pytest.approx(exact, rel=1e-13)
+    for origin in ([1.0, 0.0, 0.0] * units.m, stated, ["1 m", "0 m", "0 m"]):
+        with pytest.raises(SceneError, match=r"origin.* must be a (plain )?number"):
+            tensor.grid_inertia(cube, origin=origin)
+
+
 def test_grids_that_are_not_rectangular_are_refused():
     density = xr.DataArray(np.ones((2, 3, 2)), {"x": [0, 1], "y": [0, 2, 1], "z": [0, 1]}, tuple("xyz"))
     with pytest.raises(ValueError, match="'y' is neither ascending nor descending"):
@@ -252,6 +265,11 @@ def test_gradients_by_the_mass_alone_are_those_of_differences():
     with jax.enable_x64(True):
         slope = jax.grad(lambda mass: tensor.equivalent_semi_axes(mass, moments)[0])(3.0)
     assert float(slope) == pytest.approx(-0.5 * tensor.equivalent_semi_axes(3.0, moments)[0] / 3.0, rel=1e-12)
+
+
+def test_moments_that_are_nearly_possible_are_shown_with_their_digits():
+    with pytest.raises(ValueError, match=r"1 \+ 1 < 2.000000001, and none"):
+        tensor.require_plausible(np.diag([1.0, 1.0, 2.0 + 1e-9]))
 
 
 @pytest.mark.parametrize("length", [1e-200, 1.0, 1e200])

@@ -89,6 +89,14 @@ def test_a_picture_of_condensed_matter_is_framed_between_core_and_envelope():
     assert 0.1 < widths[1] < 0.3
 
 
+def test_a_picture_of_two_stars_shows_both_of_them_whole():
+    uniform = particle_sphere(2000)
+    star = uniform * np.linalg.norm(uniform, axis=1, keepdims=True) ** 2  # most of the mass in the inner third
+    points = np.concatenate([star + [1.6, 0, 0], star - [1.6, 0, 0]])
+    both = Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), np.empty((0, 3)), np.full(3, np.inf))
+    assert np.linalg.norm(points, axis=1).max() < matter_module.reach(both) < 3.0
+
+
 def test_the_camera_stands_still_unless_the_body_changes_by_much():
     assert film.camera(np.array([1.0, 2.0, 3.9])).tolist() == [3.9, 3.9, 3.9]
     shrinking = np.geomspace(1.0, 0.01, 60)

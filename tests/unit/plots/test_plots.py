@@ -353,6 +353,20 @@ def test_sinks_are_stars_where_they_are_at_the_time_of_a_picture(series, snapsho
     np.testing.assert_allclose(stars[2], (places[-1] - middle)[:, [0, 2]] / scale, rtol=1e-12)
 
 
+def test_the_summary_has_what_sinks_hold_and_what_all_keep_together(series):
+    times = series.sizes["time"]
+    mass = np.full((times, 3), np.nan)
+    mass[-1, :2] = 2e30, 1e30
+    whole = np.tile([0.0, 3.0, 4.0], (times, 1))
+    whole[-1, 1] += 5e-3
+    with_sinks = series.assign(sink_mass=(("time", "sink"), mass, {"units": "kg"}),
+                               system_angular_momentum=(("time", "i"), whole))  # fmt: skip
+    lines = plots.summary(with_sinks).splitlines()
+    assert next(line.split()[-1] for line in lines if line.startswith("mass of the sinks (10^30 kg)")) == "3"
+    assert "  and of all bodies together                  9.99e-04  of its largest" in lines
+    assert "together" not in plots.summary(series) and "sinks" not in plots.summary(series)
+
+
 def test_snapshots_to_show(snapshots):
     from astroinertia.plots.density import moments_to_show
 

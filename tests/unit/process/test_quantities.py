@@ -27,18 +27,18 @@ from astroinertia.bodies.neutron_star_fits import kepler_period
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.inertia import shapes, tensor
+from astroinertia.inertia import balancing, shapes, spin, tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.jointed import Limb
 from astroinertia.inertia.prescribed import change
-from astroinertia.inertia.rolling import flywheel_energy
+from astroinertia.inertia.rolling import flywheel_energy, spinning_disc_stress
 from astroinertia.inertia.target import target_energy_gradient
 from astroinertia.matter import planetary, rheology, tillotson
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.matter.compact_stars import geometric_density, read2009
 from astroinertia.process.quantities import DIMENSIONS, EXPONENTS, InputError, InputTypeError, with_quantities
 from astroinertia.rotation.braking import Braking
-from astroinertia.rotation.contraction import contracted_period
+from astroinertia.rotation.contraction import contracted_period, radius_at_temperature
 from astroinertia.rotation.ephemeris import ephemeris_of
 from astroinertia.rotation.glitches import glitch_size, least_superfluid_share
 from astroinertia.rotation.pulsars import frequency_braking_index
@@ -504,3 +504,47 @@ def test_a_figure_that_has_a_mass_with_a_unit_needs_its_radius() -> None:
     """A radius of 1 would be one metre."""
     with pytest.raises(InputError, match=r"^mean_radius is needed, too, where mass is given with a unit\.$"):
         maclaurin.from_axis_ratio(0.9, mass=1 * u.Mearth)
+
+
+def test_tables_of_masses_by_the_names_of_bodies_are_masses() -> None:
+    def circle(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        turned = [np.stack([np.cos(t), np.sin(t), 0 * t], -1) for t in (times, times + np.pi / 2)]
+        return turned[0][:, None], turned[1][:, None]
+
+    for given, mass in (("2 g", 2e-3), (3.0 * u.Mearth, 3.0 * constants.M_earth.value), (0.5, 0.5)):
+        assert ephemeris_of(circle, 0.0, 1.0, {"radius": given}).mass == pytest.approx([mass], rel=1e-12)
+
+
+SAME_NUMBERS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], tuple[Any, ...]]] = {
+    "a rotational energy of lists": (spin.rotational_energy, ([[1, 0, 0], [0, 2, 0], [0, 0, 4]], None, [0, 0, 12]),
+                                     (np.diag([1.0, 2.0, 4.0]), None, np.array([0.0, 0.0, 12.0]))),
+    "a momentum's and a rate's energy": (spin.rotational_energy, (None, [0, 0, 3], [0, 0, 12]),
+                                         (None, np.array([0.0, 0.0, 3.0]), np.array([0.0, 0.0, 12.0]))),
+    "the velocity of a centre": (tensor.centre_of_mass, ([1.0, 3.0], [[0, 0, 0], [4, 0, 0]] * u.km / u.s),
+                                 ([1.0, 3.0], np.array([[0.0, 0, 0], [4e3, 0, 0]]))),
+    "a mixed moment": (tensor.mixed_moment, ([1.0, 3.0], [[0, 0, 0], [4, 0, 0]] * u.km,
+                                             [[0, 0, 0], [0, 1, 0]] * u.km / u.s),
+                       ([1.0, 3.0], np.array([[0.0, 0, 0], [4e3, 0, 0]]), np.array([[0.0, 0, 0], [0, 1e3, 0]]))),
+    "a disc that turns": (spinning_disc_stress, (7800.0, 0.5, 1000.0 * u.cycle / u.min),
+                          (7800.0, 0.5, 1000.0 * 2.0 * np.pi / 60.0)),
+    "an unbalance in g mm": (balancing.two_plane_correction,
+                             ([6.0, 0.0] * u.g * u.mm, [0.0, 1e3] * u.g * u.mm**2, ["-10 cm", "10 cm"]),
+                             (np.array([6e-6, 0.0]), np.array([0.0, 1e-6]), (-0.1, 0.1))),
+    "measurements in g mm": (balancing.unbalance_of_measurements, ([[10, 0], [10, 0]] * u.g * u.mm, [-1.0, 1.0]),
+                             (np.array([[1e-5, 0.0], [1e-5, 0.0]]), np.array([-1.0, 1.0]))),
+    "a Hayashi track": (radius_at_temperature, (1 * u.Myr, 1 * u.Msun, 3 * u.Rsun, 4000 * u.K),
+                        (3.15576e13, constants.M_sun.value, 3 * constants.R_sun.value, 4000.0)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SAME_NUMBERS)
+def test_units_and_lists_give_the_numbers_of_arrays_in_si(name: str) -> None:
+    function, given, plain = SAME_NUMBERS[name]
+    for found, expected in zip(np.atleast_1d(function(*given)), np.atleast_1d(function(*plain)), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_a_star_is_sought_by_a_period_with_a_unit() -> None:
+    solar = {"mass": 1 * u.Msun, "equatorial_radius": 1 * u.Rsun}
+    found = rotating_star_with("period", 4 * u.hour, polytropic_matter(1.5), **solar)
+    assert found.angular_velocity == pytest.approx(2.0 * np.pi / 14400.0, rel=1e-9)

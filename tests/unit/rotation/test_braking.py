@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from astroinertia.errors import NumericalError
 from astroinertia.rotation import braking, pulsars
 
 P, DOT = 0.0333924123, 4.20972e-13
@@ -88,3 +89,10 @@ def test_a_field_that_never_decays_is_a_dipole_and_no_star_comes_to_rest():
     for rate in (0.0, -5.0, np.inf):
         with pytest.raises(ValueError, match="must be positive and finite"):
             braking.Braking(200.0, -1e-9, (3.0,), (1.0,)).time_to(rate)
+
+
+def test_a_torque_that_stops_a_star_says_when():
+    stopping = braking.Braking(1.0, -1.0, (0.5,), (1.0,))  # Omega' = -Omega^(1/2): at rest at t = 2
+    assert stopping.time_to(1e-12) == pytest.approx(2.0, rel=2e-6)
+    with pytest.raises(NumericalError, match="it comes to rest before"):
+        stopping.history([0.0, 1.0, 3.0])

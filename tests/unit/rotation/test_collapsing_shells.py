@@ -97,6 +97,8 @@ def test_what_is_no_collapse_is_refused():
     for radius in (shells.radius[:-1], 0 * shells.radius, math.nan * shells.radius):
         with pytest.raises(ValueError, match="positive radius for each of the 20"):
             shells.collapsed(radius)
+    with pytest.raises(ValueError, match="not negative"):
+        shells.spectrum([0.1, -0.1])
     with pytest.raises(ValueError, match="at least 8 shells"):
         shells_of(UNIFORM, 0.5, 4)
 

@@ -119,6 +119,13 @@ def test_a_tensor_in_any_axes_turns_with_its_body(moments):
     np.testing.assert_allclose(rate, turn @ inertia - inertia @ turn, atol=5e-4)
 
 
+@pytest.mark.parametrize("start", [2.0 * np.eye(3), np.diag([2.0, 1.0, 1.0]), np.diag([1.0, 1.0, -1.0])])
+def test_a_start_that_is_no_rotation_is_refused(start):
+    for motion in ([0.1, 0.0, 1.0], [0.0, 0.0, 1.0]):
+        with pytest.raises(ValueError, match="a rotation matrix must"):
+            free_attitude.attitude(free_attitude.free_top([1, 2, 4], motion), 1.0, start)
+
+
 def test_a_tensor_that_no_body_has_is_refused():
     with pytest.raises(ValueError, match="no body has these moments"):
         free_attitude.free_motion(np.diag([1.0, 1.0, 3.0]), [0.0, 0.0, 1.0], 0.0)

@@ -114,6 +114,7 @@ def test_the_table_of_pulsars():
     crab = pulsar("crab")
     assert (crab.jname, crab.period, crab.period_derivative) == ("J0534+2200", P, DOT)
     assert crab.braking_index == 2.51 and "1993" in crab.braking_index_source
+    assert crab == pulsar("PSR B0531+21") == pulsar("PSR J0534+2200")
     everyone = table()
     assert {each.kind for each in everyone} == set(KINDS)
     assert all(each.period > 0 and each.period_derivative > 0 and each.source for each in everyone)

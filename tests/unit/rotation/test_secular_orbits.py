@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import rebound
+from astropy import units as u
 from scipy.special import ellipe, ellipk
 
 from astroinertia.errors import SceneError
@@ -76,10 +77,18 @@ def test_obliquities_of_today_and_of_a_million_years():
     assert float(mars["time"][-1]) == pytest.approx(2e6 * JULIAN_YEAR)
 
 
+def test_rates_and_angles_of_planes_and_histories_may_have_units():
+    plain = node_modes(1.0e20, [1.0e17], [1.0e12], [0.1], [np.pi / 2])
+    with_units = node_modes(1.0e11 * u.km**3 / u.s**2, [1.0e17], [1.0e9] * u.km, [0.1], [90.0] * u.deg)
+    np.testing.assert_allclose(with_units.phases, plain.phases, rtol=1e-14)
+    slow = obliquity_history("mars", 1e5, 8.0 * u.arcsec / u.yr, samples=3)
+    assert slow.attrs["precession_constant"] == pytest.approx(8.0 / 206264.806247 / JULIAN_YEAR)
+
+
 def test_what_makes_no_planes_or_history_is_refused():
     with pytest.raises(ValueError, match="one of each"):
         node_modes(1.0, [1.0, 1.0], [1.0], [0.1, 0.1], [0.0, 0.0])
-    for arguments in (("Pluto",), ("Mars", 0.0), ("Mars", 1e6, None, 1)):
+    for arguments in (("Pluto",), ("Mars", 0.0), ("Mars", 1e6, None, 1), ("Mars", 1e6, None, 3.5)):
         with pytest.raises(SceneError, match="obliquity"):
             obliquity_history(*arguments)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from astropy import units as u
 
 from astroinertia.bodies.inversion import two_layers_with_errors
 from astroinertia.bodies.planets import body
@@ -124,11 +125,34 @@ ASSUMED = {"core_density": Gaussian(8000.0, 60.0)}
         ({"mean_density": MEAN}, {**ASSUMED, "crust_share": Gaussian(0.01, 0.001)}, "both of crust_share and"),
         ({"mean_density": MEAN}, {**ASSUMED, "colour": MEAN}, "'colour' is not to be assumed"),
         ({"mean_density": MEAN, "zonal_harmonic_2": MEAN}, ASSUMED, "without small_m"),
+        ({"mean_density": (4000.0, 1.0)}, ASSUMED, "mean_density must be a Gaussian, not"),
+        ({"mean_density": Gaussian(4000.0, 0.0)}, ASSUMED, "mean_density needs a finite mean and a deviation above 0"),
+        ({"mean_density": Gaussian("4 km", 1.0)}, ASSUMED, "mean_density: must be in kg m-3"),
+        ({"mean_density": MEAN}, {"core_density": Uniform(9.0, 8.0)}, "core_density needs a finite low below"),
     ],
 )
 def test_incomplete_questions_are_refused(observed, assumed, words):
     with pytest.raises(SceneError, match=words):
         infer_interior(observed, assumed, **QUICK)
+
+
+def test_distributions_may_have_units():
+    few = {"draws": 20, "chains": 1, "walkers": 16}
+    plain, with_units = (
+        infer_interior({"mean_density": mean, "moment_ratio": Gaussian(RATIO, 2e-4)}, {"core_density": core}, **few)
+        for mean, core in (
+            (MEAN, Gaussian(8000.0, 60.0)),
+            (Gaussian(4 * u.g / u.cm**3, "1 kg/m3"), Gaussian("8 g/cm3", 60 * u.kg / u.m**3)),
+        )
+    )
+    np.testing.assert_allclose(with_units["core_radius_ratio"], plain["core_radius_ratio"], rtol=1e-9)
+    assert with_units["core_density"].attrs["prior_mean"] == pytest.approx(8000.0)
+
+
+def test_a_synchronous_moon_keeps_its_own_rotation():
+    io = infer_body("Io", draws=2, chains=1)
+    assert io.attrs["small_m"] == body("Io").small_m
+    np.testing.assert_allclose(io["zonal_harmonic_2"], 2.5 * io.attrs["small_m"] * io["love_number"] / 3)
 
 
 def test_what_no_interior_agrees_with_is_reported():

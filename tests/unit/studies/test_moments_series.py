@@ -8,7 +8,9 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from astropy import units as u
 
+from astroinertia.errors import SceneError
 from astroinertia.inertia import tensor
 from astroinertia.studies.moments_series import moments_series
 
@@ -49,6 +51,23 @@ def test_about_a_point_it_is_the_tensor_about_that_point():
     direct = tensor.inertia_tensor(given["mass"].values, given["position"].values, np.array([1.0, -2.0, 0.5]))
     found = moments_series(given, about=(1.0, -2.0, 0.5))
     np.testing.assert_allclose(found["inertia_tensor"], direct, rtol=0, atol=1e-14 * abs(direct).max())
+
+
+def test_a_point_may_have_a_unit():
+    given = snapshots(shift=3.0)
+    given["position"].attrs["units"] = "km"
+    in_metres = np.array([1e3, -2e3, 500.0]) * u.m
+    points = (1.0, -2.0, 0.5), in_metres, ["1 km", "-2000 m", 0.5], [1.0 * u.km, "-2 km", 500 * u.m]
+    found = [moments_series(given, about=point)["inertia_tensor"] for point in points]
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=1e-13)
+    for wrong, sentence in (((1.0, 2.0), "three finite numbers"), ([1, 2, np.nan], "three finite numbers"),
+                            (["1 s", 0, 0], "must be in km")):  # fmt: skip
+        with pytest.raises((ValueError, SceneError), match=sentence):
+            moments_series(given, about=wrong)
+    del given["position"].attrs["units"]
+    with pytest.raises(ValueError, match="about must have no unit"):
+        moments_series(given, about=["1 km", 0, 0])
 
 
 def test_dimensions_may_stand_in_any_order_and_masses_be_the_same_throughout():

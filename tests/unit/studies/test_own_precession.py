@@ -50,6 +50,25 @@ def test_the_earth_with_and_without_its_moon():
     assert float(both.tilt.sel(companion="Moon")) == pytest.approx(earth.value("obliquity"), abs=1e-3)
 
 
+@pytest.mark.parametrize("obliquity", [44.0, 60.0, 89.0, 100.0, 130.0])
+def test_a_planet_far_from_upright_keeps_a_far_moon_near_its_orbit(obliquity):
+    """The Moon's mean orbit lies within 10 arcsec of the ecliptic, so that the rate goes as cos(obliquity)."""
+    upright = planet("Earth", 0.3307, [SUN, MOON], obliquity="5 deg")
+    leaning = planet("Earth", 0.3307, [SUN, MOON], obliquity=f"{obliquity} deg")
+    share = np.cos(np.radians(obliquity)) / np.cos(np.radians(5.0))
+    rates = [float(each.total_rate - each.relativity) for each in (leaning, upright)]
+    assert rates[0] / rates[1] == pytest.approx(share, rel=1e-3)
+
+
+def test_limits_in_which_a_moon_has_no_tilt_of_its_own():
+    round_one = precession_of("1 Mearth", "6378 km", 0.0, "1 d", "20 deg", [SUN, MOON], 0.33)
+    assert float(round_one.total_rate) == float(round_one.relativity)
+    upright = precession_of("1 Mearth", "6378 km", 1e-3, "1 d", 0.0, [SUN, {**MOON, "node_period": "18.6 yr"}], 0.33)
+    np.testing.assert_array_equal(upright.tilt, 0.0)
+    assert np.isnan(upright.nutation_longitude).all()
+    assert float(upright.total_rate) > 0
+
+
 def test_saturn_with_its_satellites():
     """0.8306" a year of precession constant for C/(M R^2) = 0.2199 (Ward & Hamilton 2004), so 0.742" of the node.
 
@@ -194,6 +213,8 @@ def test_two_of_three_numbers_say_the_shape():
     ("changed", "problem"),
     [
         ({"radius": "6378 s"}, "radius"),
+        ({"mass": True}, "mass: must be a number, not True"),
+        ({"j2": -1e-5, "companions": [SUN, MOON]}, "j2 must not be negative where there are moons"),
         ({"radius": -1.0}, "radius must be a finite number above 0"),
         ({"period": float("nan")}, "period"),
         ({"obliquity": "200 deg"}, "at most 180 deg"),

@@ -72,5 +72,12 @@ def test_r_hat_of_independent_draws_and_of_drifting_ones():
 def test_what_cannot_be_sampled_is_reported():
     with pytest.raises(SceneError, match="even number of walkers, 4"):
         sample(_gaussian, _spread, ["wide", "narrow"], walkers=3)
+    for wrong in ({"draws": 1}, {"draws": 10.0}, {"chains": 0}):
+        with pytest.raises(SceneError, match=f"{next(iter(wrong))} must be a whole number"):
+            sample(_gaussian, _spread, ["wide", "narrow"], **wrong)
+    with pytest.raises(ValueError, match="two draws"):
+        r_hat(np.ones((2, 4, 1)))
+    with pytest.raises(SceneError, match="there is no 'zz' among the samples; there is wide, narrow"):
+        summary(sample(_gaussian, _spread, ["wide", "narrow"], draws=2), ["zz"])
     with pytest.raises(NumericalError, match="posterior is zero"):
         sample(lambda positions: np.full(len(positions), -np.inf), _spread, ["wide", "narrow"], draws=10)

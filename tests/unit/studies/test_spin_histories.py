@@ -65,5 +65,11 @@ def test_a_cloud_makes_a_disc_of_tens_of_au():
     assert float(found["mass_inside"][-1]) == pytest.approx(mass, rel=1e-3)
     share = 1 - (1 - np.sqrt(found["radius"].values / found.attrs["disc_radius"])) ** 1.5
     np.testing.assert_allclose(found["mass_inside"].values / mass, share, atol=1e-3)
+    root = np.sqrt(found["radius"].values / found.attrs["disc_radius"])
+    exact = mass * 0.75 * np.sqrt(1 - root) * root / (2 * math.pi * found["radius"].values ** 2)
+    np.testing.assert_allclose(found["surface_density"][:-4], exact[:-4], rtol=2e-3)
+    np.testing.assert_allclose(found["surface_density"][-4:], exact[-4:], rtol=0.02)
+    with pytest.raises(SceneError, match="a mass must be one number"):
+        cloud_to_disc(mass=[1e30, 2e30])
     with pytest.raises(SceneError, match="not a mass"):
         cloud_to_disc(mass="3 km")

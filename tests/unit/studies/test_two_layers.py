@@ -79,6 +79,9 @@ def test_too_few_or_unknown_numbers_are_refused():
         two_layers(MEAN, core_density=7000.0)
     with pytest.raises(ValueError, match="two of moment_ratio"):
         two_layers(MEAN, core_density=7000.0, colour=1.0)
+    for wrong in ({}, {"core_radius": 0.5}, {"core_density": 7000.0, "mantle_density": 3000.0}):
+        with pytest.raises(ValueError, match="three layers need one of mantle_density"):
+            three_layers(MEAN, 0.36, 0.02, 2800.0, **wrong)
 
 
 def test_three_layers_have_the_mass_and_moment_asked_for():

@@ -161,6 +161,7 @@ def test_a_gradient_is_in_the_units_of_the_scene_and_at_the_time_that_is_named()
     spin = float(answer.value)
     np.testing.assert_allclose(answer.gradient, [-spin / 30.0, 0.0], atol=1e-9 * spin)
     assert answer.gradient.attrs["units"] == "rad s-1 per parameter_unit"
+    assert answer.gradient.attrs["long_name"] == "derivative of mean angular velocity by the parameter"
     assert (abs(answer.gradient - [-spin / 30.0, 0.0]) <= answer.gradient_error + 1e-12 * spin).all()
     early = astroinertia.gradient(CORE, of="inertia_tensor.zz @ 100 ms", by=["body.radius"])
     assert float(early.time) == pytest.approx(0.1)

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.bodies.tov import structure
 from astroinertia.effects import catalogue
 from astroinertia.effects.kinds.relativistic_potential import shell_ends
-from astroinertia.errors import SceneError
+from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.compact_stars import read2009
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.load import loads
 from tests.effective_star import effective_star
 
@@ -153,8 +155,33 @@ def test_it_neither_pushes_nor_turns_a_body_that_is_not_round() -> None:
     assert effect.timestep(np, here) <= 1 / np.sqrt(np.abs(effect.weights(np, here)).max())
 
 
-def test_a_horizon_leaves_no_number() -> None:
+COMPACT = """
+name = "compact"
+units = "code"
+body = {kind = "polytrope", index = 1.5, particles = 64, mass = 1.0, radius = 1.0, relax = false, placement = "lattice"}
+equation_of_state = {kind = "ideal"}
+time.end = 1.0
+[effects.gravity]
+[effects.pressure]
+[effects.relativistic_potential]
+speed_of_light = 1.6
+"""
+
+
+def test_a_horizon_leaves_no_number_and_ends_a_run_with_what_it_is(tmp_path: Path) -> None:
     assert np.isnan(potential(1.0).acceleration(np, fluid(0.1 * directions(100)))).any()
+    with pytest.raises(NumericalError, match=r"a horizon has formed, 2 G m = r c\^2"):
+        astroinertia.run_scene(loads(COMPACT), tmp_path / "run")
+
+
+def test_a_plan_counts_its_weight_in_the_balance() -> None:
+    without = COMPACT.replace("[effects.relativistic_potential]", "").replace("speed_of_light = 1.6", "")
+    supports = []
+    for scene in (loads(COMPACT), loads(without)):
+        support = characteristic(scene).support
+        assert support is not None
+        supports.append(support)
+    assert supports[0] == pytest.approx(supports[1] / (1.0 + 4.0 / 1.6**2), rel=1e-12)
 
 
 def test_every_particle_is_in_one_shell() -> None:
