@@ -107,6 +107,7 @@ _OF_SCENES = {
     "g/cm3": (999.9999999999999, Dimension(1, -3, 0), 0.0), "kg m2": (1.0, Dimension(1, 2, 0), 0.0),
 }  # fmt: skip
 
+_ASTROPY_NAMES = {"rpm": "cycle / min"}  # of what astropy has by another name
 _ANGULAR = {"angle", "angular_velocity", "angular_acceleration"}
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[A-Za-zµÅ/(%]))(\S.*?)\s*", re.ASCII)
 _WORDS_FOR_NO_NUMBER = re.compile(r"\s*[+-]?(nan|inf|infinity)\b", re.IGNORECASE)
@@ -270,7 +271,7 @@ def parsed(text: str) -> Any:
     parts = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
     if parts is not None:
         with suppress(ValueError, TypeError):
-            return astropy_quantity(float(parts[1]), parts[2])
+            return astropy_quantity(float(parts[1]), _ASTROPY_NAMES.get(parts[2], parts[2]))
     raise SceneError(f"'{shown(text)}' is not a number and a unit that is known here.")
 
 
@@ -396,7 +397,7 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # astropy warns where it guesses at a unit
-            unit: Any = astropy_units.Unit(text).decompose()
+            unit: Any = astropy_units.Unit(_ASTROPY_NAMES.get(text, text)).decompose()
             bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}
             scale = float(unit.scale)
     except Exception:  # ValueError, TypeError, AttributeError and OverflowError have all been seen

@@ -22,7 +22,8 @@ All moments are about one point. I/(M R^2) takes for R the distance of the outer
 or for a mesh the radius of the sphere of the same volume, unless --radius gives one; the output says which.
 --gravity-field has C_lm and S_lm of all degrees up to DEGREE about that point, with the same R, and J_l = -C_l0 not
 normalised; --normalization is 4pi (geodesy), ortho, schmidt or unnorm, without the phase of Condon and Shortley.
-POINT, R and RHO are in the units of the file. Where two moments are equal, their axes are undefined, and said to be.
+POINT, R and RHO are in the units of the file; R and RHO may have their own, such as "2 g/cm3", where these are known.
+Where two moments are equal, their axes are undefined, and said to be.
 
 example: astroinertia moments particles.csv
          astroinertia moments particles.h5 --units Msun,Rsun --axis z --plot star.png
@@ -38,8 +39,8 @@ def add_arguments(add: Add) -> None:
     add("--about", metavar="POINT", help="point x,y,z that all moments are about (default: the centre of mass)")
     add("--axis", help="one more moment, about this axis through that point: x, y, z or a vector 1,1,0")
     add("--units", metavar="MASS,LENGTH", help="units of the file; results are then in SI (kg, m)")
-    add("--radius", type=float, metavar="R", help="the radius of the ratio I/(M R^2)")
-    add("--density", type=float, metavar="RHO", help="density of the inside of a mesh (default: 1)")
+    add("--radius", type=_number, metavar="R", help="the radius of the ratio I/(M R^2)")
+    add("--density", type=_number, metavar="RHO", help="density of the inside of a mesh (default: 1)")
     add("--snapshot", type=int, metavar="N", help="snapshot of a run, from 0 (default: the last)")
     add(
         "--gravity-field", type=int, metavar="DEGREE", help="spherical harmonics of the gravity field up to this degree"
@@ -66,13 +67,13 @@ def report(options: Options) -> str:
     if options.output is not None:
         overwriting.check(options.output, overwriting.NETCDF, options.file)
     matter = read_matter(options.file, units, options.snapshot, options.density)
-    size = matter.file_length
+    size, radius = matter.file_length, options.radius
     try:
         body = moments(
             matter,
             None if about is None else [size * coordinate for coordinate in about],
             axis,
-            None if options.radius is None else size * options.radius,
+            size * radius if isinstance(radius, float) else radius,
             options.gravity_field,
             options.normalization,
             options.principal_axes,
@@ -89,6 +90,14 @@ def report(options: Options) -> str:
     if options.output is not None:
         write_whole(options.output, lambda aside: body.to_netcdf(aside, engine="netcdf4"))
     return json.dumps(plain_values(body), indent=2) if options.json else body_summary(body)
+
+
+def _number(text: str) -> float | str:
+    """A plain number, or text with a unit as it is."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def _vector(name: str, text: str) -> list[float]:

@@ -140,6 +140,35 @@ def bearing_forces(static: Array, dynamic: Array, rate: Array, bearings: Sequenc
     return rate[..., None, None] ** 2 * forces
 
 
+@with_quantities(rate="rad/s")
+def permissible_unbalance(mass: Array, rate: Array, grade: float = 6.3) -> Array:
+    """The residual static unbalance m G/w that a balance quality grade allows a rotor, (...,): SI, kg m.
+
+    grade: G in mm/s, of the greatest service rate w in rad/s: 6.3 for fans, pumps and general machinery, 2.5 for gas
+    turbines, 0.4 for spindles of grinders, 40 for a car's wheels. In two planes as far from the centre of mass each may
+    have half of it. Source: ISO 21940-11:2016 (before, ISO 1940-1:2003).
+
+    >>> rate = 2 * np.pi * 3000 / 60  # a pump's rotor of 30 kg at 3000 revolutions a minute
+    >>> print(f"{1e6 * permissible_unbalance(30.0, rate):.0f} g mm")
+    602 g mm
+    """
+    return mass * (1e-3 * grade) / rate
+
+
+@with_quantities(unbalance="kg m", rate="rad/s")
+def balance_grade(unbalance: Array, mass: Array, rate: Array) -> Array:
+    """The balance quality grade G = w |U|/m in mm/s of a rotor, (...,), from its static unbalance U (..., 2) in kg m.
+
+    Source: as for `permissible_unbalance`, whose inverse it is.
+
+    >>> print(f"{balance_grade(np.array([0.003, 0.004]), 30.0, 100.0):.2f}")  # e = |U|/m is a sixth of a millimetre
+    16.67
+    """
+    xp = namespace(unbalance, mass, rate)
+    unbalance = xp.asarray(unbalance)
+    return 1e3 * xp.hypot(unbalance[..., 0], unbalance[..., 1]) * rate / mass
+
+
 @with_quantities(static="kg m", dynamic="kg m2")
 def best_holes(
     static: Array,

@@ -189,7 +189,7 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
 
     sign = _parity(i, j, rest)
     if i == k:
-        first = xp.arctan2(part(j, i), -sign * part(rest, i))
+        first = xp.arctan2(part(j, i), -sign * part(rest, i) + 0.0)  # which of -0.0 is 0.0, and the first angle 0
         second = xp.arctan2(xp.hypot(part(j, i), part(rest, i)), part(i, i))
     else:
         first = xp.arctan2(-sign * part(j, k), part(k, k))

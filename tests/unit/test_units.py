@@ -24,6 +24,7 @@ GOOD = [
     ("1 1/s", "angular_velocity", 1.0),
     ("1 rad/s", "angular_velocity", 1.0),
     ("30 cycle/s", "angular_velocity", 60.0 * math.pi),
+    ("1800 rpm", "angular_velocity", 60.0 * math.pi),
     ("180 deg", "angle", math.pi),
     ("0 m", "length", 0.0),
     ("1e51 erg", "energy", 1e44),

@@ -202,6 +202,16 @@ def test_the_balanced_wheel_of_sims(extra, tmp_path):
     assert (" off at " in done.stdout) == bool(extra)
 
 
+def test_grades_of_balance_are_those_of_the_standard():
+    """A turbine's rotor of 3600 kg at 3000 revolutions a minute may have 28.65 kg mm by the grade 2.5."""
+    allowed = balancing.permissible_unbalance(3600.0, 2.0 * np.pi * 50.0, 2.5)
+    assert 1e3 * allowed == pytest.approx(28.65, abs=0.01)
+    assert balancing.permissible_unbalance("3600 kg", "3000 rpm", 2.5) == pytest.approx(allowed, rel=1e-12)
+    turned = allowed * np.array([[0.6, 0.8], [0.0, -0.5]])
+    grades = balancing.balance_grade(turned, 3600.0, 2.0 * np.pi * 50.0)
+    np.testing.assert_allclose(grades, [2.5, 1.25], rtol=1e-13)
+
+
 def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():
     one = (np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1))
     holes = balancing.best_holes(*one, [0.3], [np.pi], [0.0], (0.01,))

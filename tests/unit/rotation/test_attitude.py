@@ -154,3 +154,11 @@ def test_the_rate_of_an_attitude_is_its_derivative_in_jax():
             np.testing.assert_allclose(expected_spin, spin, rtol=0, atol=1e-15)
             np.testing.assert_allclose(by_quaternion, value, rtol=0, atol=1e-15)
             np.testing.assert_allclose(by_angles, value, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("sequence", ["zxz", "zyz", "xyz", "zyx"])
+def test_no_turn_has_no_angles(sequence):
+    np.testing.assert_array_equal(attitude.euler_angles(np.eye(3), sequence), 0.0)
+    about_one = attitude.attitude_of_euler_angles(np.array([0.5, 0.0, 0.0]), sequence)
+    first, second, third = attitude.euler_angles(about_one, sequence)
+    assert (first + third, second) == pytest.approx((0.5, 0.0), abs=1e-15) and first in (0.0, pytest.approx(0.5))

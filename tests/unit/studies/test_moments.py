@@ -228,6 +228,19 @@ def test_json_and_netcdf_hold_the_same(box, tmp_path, capsys):
         assert not stored["axis_defined"].values.any()
 
 
+def test_radius_and_density_of_the_command_may_have_units(tmp_path, capsys):
+    mesh = write_mesh(tmp_path / "ball.obj", *icosphere(0))
+    answers = []
+    for density, radius in (("2", "300"), ("2000 kg/m3", "3 m")):
+        options = ["--units", "g,cm", "--density", density, "--radius", radius, "--json"]
+        assert main(["moments", str(mesh), *options]) == 0
+        answers.append(json.loads(capsys.readouterr().out))
+    assert answers[0]["mass"]["value"] == pytest.approx(answers[1]["mass"]["value"], rel=1e-12)
+    assert answers[0]["moment_ratio"]["value"] == pytest.approx(answers[1]["moment_ratio"]["value"], rel=1e-12)
+    for option in ("--density=2 g/cm3", "--radius=3 m", "--density=heavy"):
+        assert main(["moments", str(mesh), option]) == 2
+
+
 def test_the_command_draws(box, tmp_path, capsys):
     assert main(["moments", str(box), "--plot", str(tmp_path / "box.png")]) == 0
     assert (tmp_path / "box.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
