@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from astroinertia.build.placing import Particles
 
 FIELDS = ("rotating_frame", "tide", "external_field")  # what would move a point mass as it moves particles
+_OTHER_BODY = 2.0  # times as heavy or light: no uncertainty of a mass, or of G
 _COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
 
 
@@ -31,10 +32,31 @@ def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
         return ephemeris(bodies(scene, units, mass), _COVERED * end)
     if scene.companions:
         raise SceneError("[orbits] archive holds the companions, so [[companions]] must not be given with it.")
+    refuse_archive(scene, units, mass)
     try:
-        return archive_ephemeris(Path(scene.origin or ".") / archive, end, units=units)
+        return archive_ephemeris(Path(scene.origin or ".") / archive, end, scene.orbits.body, units)
     except (ValueError, NumericalError) as error:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
+
+
+def refuse_archive(scene: Scene, units: CodeUnits, mass: float) -> None:
+    """SceneError where the archive of a scene is none, or has another body than that of this mass, in code units."""
+    from astroinertia.orbits import rebound_archive  # only here: other scenes do without REBOUND
+
+    orbits = scene.orbits
+    if orbits.archive is None:
+        return
+    try:
+        first = rebound_archive.snapshots(Path(scene.origin or ".") / orbits.archive, orbits.body, units)[0]
+    except ValueError as error:
+        raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
+    there = first.particles[0].m
+    if there > 0.0 and not 1.0 / _OTHER_BODY < there / mass < _OTHER_BODY:  # test particles have no mass
+        names = ", ".join(str(particle.name or number) for number, particle in enumerate(first.particles))
+        raise SceneError(
+            f"[orbits] archive: its particle '{names.partition(',')[0]}' has {there / mass:.2g} of the body's mass, so "
+            f"it is another; say which is the body by orbits.body, of these: {names}."
+        )
 
 
 def bodies(scene: Scene, units: CodeUnits, mass: float) -> Any:

@@ -28,6 +28,10 @@ def refuse_impossible(scene: Scene) -> None:
     """
     _refuse_lost_twice(scene)
     units = code_units(scene)
+    if scene.orbits.archive is not None and scene.body.mass is not None:
+        from astroinertia.build.companions import refuse_archive  # only here: other scenes do without REBOUND
+
+        refuse_archive(scene, units, units.to_code(scene.body.mass, "mass"))
     for alone in scene.alone():
         body: Any = alone.body
         if body.quickly_known:

@@ -27,12 +27,16 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """The script for a shell, with files for every path; changes the parser."""
     import shtab
 
+    from astroinertia.bodies.planets import solar_system  # only here: completion needs the table
+    from astroinertia.interop.export import FORMATS
+
     (listed,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    values = {
+        "topic": tuple(TOPICS), "ready_made": tuple(scenes()), "to": FORMATS, "body": tuple(solar_system()),
+    }  # fmt: skip
     for action in (action for command in listed.choices.values() for action in command._actions):
         if action.type is Path:
             action.complete = shtab.FILE  # pyright: ignore[reportAttributeAccessIssue]
-        elif action.dest == "topic":
-            action.choices = tuple(TOPICS)
-        elif action.dest == "ready_made":
-            action.choices = tuple(scenes())
+        elif action.dest in values:
+            action.choices = values[action.dest]
     return shtab.complete(parser, shell)

@@ -67,6 +67,17 @@ class Orbits(Part):
         default=None,
         description="a REBOUND SimulationArchive to take the companions' orbits from, relative to the scene",
     )
+    body: str | int | None = Field(
+        default=None,
+        description='name or number of the particle in it that is the body; without it that named "body", else the '
+        "first",
+    )
+
+    @model_validator(mode="after")
+    def _body_of_archive(self) -> Self:
+        if self.body is not None and self.archive is None:
+            raise ValueError("has body, which only archive uses.")
+        return self
 
 
 def check_names(companions: tuple[Companion, ...]) -> None:

@@ -66,6 +66,7 @@ SUGGESTED: dict[str, Any] = {
     "exponent": 1.0,
     "gamma": 5.0 / 3.0,
     "file": "particles.csv",
+    "body": "Earth",
     "mean_molecular_weight": 0.6,
     "eta": 1.3,
     "neighbours": 74.0,

@@ -45,7 +45,9 @@ def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
         lines.append(("velocity", "linear in position", "velocity_gradient"))
     spin: Any = body.spin
     if spin is None:
-        return lines if body.rotates_itself else [*lines, ("rotation", "none")]
+        return (
+            lines if body.rotates_itself else [*lines, ("rotation", "none" if body.kind != "table" else "none besides")]
+        )
     dimensions = {
         "rate": "angular_velocity",
         "period": "time",

@@ -23,7 +23,9 @@ class Region(Part):
         description="true: what its own gravity binds, in the frame of its centre (Springel et al. 2001)",
     )
     centre: Literal["densest", "centre_of_mass"] = Field(
-        default="densest", description="what innermost_mass is about: the densest point, or the body's centre of mass"
+        default="densest",
+        description="what innermost_mass is about: the densest point (the mean of the 32 particles about the densest "
+        "one, weighted by mass and density), or the body's centre of mass",
     )
     internal_energy: bool = Field(
         default=False, description="with bound: the internal energy counts against being bound, beside the kinetic one"

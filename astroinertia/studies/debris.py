@@ -1,6 +1,6 @@
 """What a tidal disruption leaves: the orbital energies of the debris, and what holds together.
 
-Everything is in the code units of the run. Tests: tests/unit/studies/test_debris.py.
+Everything is in the code units of the run, with G = 1. Tests: tests/unit/studies/test_debris.py.
 """
 
 from typing import Any
@@ -13,6 +13,8 @@ from scipy.spatial.distance import cdist
 from astroinertia.effects.kinds.tide import Tide
 from astroinertia.process.quantities import with_quantities
 
+Array = Any
+
 _MOST_ROUNDS = 50
 
 
@@ -23,7 +25,7 @@ class _Moment:
         self.time = time
 
 
-@with_quantities()
+@with_quantities(time=None, position=None, velocity=None)
 def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Specific energies (N,) about the perturber, |v - V|^2/2 - M/|x - X|, in the tide's falling frame."""
     with jax.enable_x64(True):
@@ -32,13 +34,15 @@ def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np
     return 0.5 * (relative**2).sum(axis=1) - tide.mass / np.linalg.norm(apart, axis=1)
 
 
-@with_quantities()
+@with_quantities(internal_energy="J/kg")
 def bound_to_itself(
-    mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray, internal_energy: np.ndarray
-) -> np.ndarray:
+    mass: Array, position: Array, velocity: Array, density: Array, internal_energy: Array,
+    gravitational_constant: float = 1.0,
+) -> np.ndarray:  # fmt: skip
     """Which particles are bound to the densest of what is bound, (N,) bool: kinetic, thermal and their own potential.
 
-    Begun with all, and repeated with what is left until nothing more leaves. Sums over all pairs: for thousands.
+    Begun with all, and repeated with what is left until nothing more leaves. Sums over all pairs: for thousands. In any
+    units of this G; that of SI where what is given has units.
 
     >>> x, v = np.array([[0.0, 0, 0], [1.0, 0, 0], [9.0, 0, 0]]), np.array([[0.0, 0, 0], [0, 1.0, 0], [0, 3.0, 0]])
     >>> print(bound_to_itself(np.array([1.0, 0.1, 0.1]), x, v, np.array([9.0, 1.0, 1.0]), np.zeros(3)))
@@ -50,7 +54,7 @@ def bound_to_itself(
     for _ in range(_MOST_ROUNDS):
         weight = mass * density * bound
         centre = weight @ velocity / weight.sum()
-        potential = -(mass * bound / distance).sum(axis=1)
+        potential = -gravitational_constant * (mass * bound / distance).sum(axis=1)
         held = 0.5 * ((velocity - centre) ** 2).sum(axis=1) + internal_energy + potential < 0.0
         if (held & bound == bound).all() or not (held & bound).any():
             return held & bound

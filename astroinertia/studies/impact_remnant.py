@@ -7,11 +7,16 @@ Tests: tests/unit/studies/test_impact_remnant.py.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+
+from astroinertia.process.quantities import with_quantities
+
+Array = Any
 
 _REACH = 2.0  # mean distances (m/rho)^(1/3) of particles in contact
 _MOST_ROUNDS = 100
@@ -39,14 +44,18 @@ class Remnant:
     disc_angular_momentum: np.ndarray
 
 
+@with_quantities(condensed="kg m-3")
 def remnant(
-    mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, density: np.ndarray, condensed: float,
+    mass: Array, position: Array, velocity: Array, density: Array, condensed: float,
     gravitational_constant: float = 1.0,
 ) -> Remnant:  # fmt: skip
     """Part particles (N,), (N, 3) into planet, disc and what escapes; what is denser than `condensed` has a surface.
 
-    Orbits are those about a point of the planet's mass at the body's centre; which mass that is, is found in rounds.
+    Orbits are those about a point of the planet's mass at the body's centre; which mass that is, is found in rounds. In
+    any units of this G; that of SI where what is given has units. ValueError where nothing is so dense.
     """
+    if not (density > condensed).any():
+        raise ValueError(f"no particle is denser than {condensed:g}: the densest has {density.max():g}")
     body = _largest_clump(mass, position, density, density > condensed)
     share = mass[body] / mass[body].sum()
     x, v = position - share @ position[body], velocity - share @ velocity[body]

@@ -51,7 +51,7 @@ def along_sequence(dataset: xr.Dataset, index: float, rates: Sequence[float] = R
     rows = [_first(spin >= share * shedding, share) for share in rates]
     energy, bound = dataset["kinetic_energy"].values[rows], -dataset["gravitational_energy"].values[rows]
     columns = {
-        "time": dataset["time"].values[rows],
+        "time": dataset["time"].values[rows] * (gravity * mass / radius**3) ** 0.5,
         "angular_momentum": momentum[rows],
         "angular_velocity": spin[rows],
         "axis_ratio": np.sqrt(along[rows] / across[rows]),

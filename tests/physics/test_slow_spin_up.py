@@ -64,6 +64,22 @@ def test_a_star_that_was_never_so_fast_is_said_to_be() -> None:
         along_sequence(series, 1.5)
 
 
+def test_times_are_in_units_of_the_star_at_rest() -> None:
+    """G M = 4 at a radius of 1 makes a time of 8.2 twice as many units."""
+    series = xr.Dataset(
+        {
+            "mass": ("time", [4.0]),
+            "angular_momentum": (("time", "i"), [[0.0, 0.0, 0.24]]),
+            "second_moment": (("time", "i", "j"), 0.4 * np.eye(3)[None]),
+            "kinetic_energy": ("time", [1.0]),
+            "gravitational_energy": ("time", [-10.0]),
+        },
+        {"i": list("xyz"), "j": list("xyz"), "time": [8.2]},
+        {"reference_radius": 1.0, "gravitational_constant": 1.0},
+    )
+    assert float(along_sequence(series, 1.5, rates=(0.2,)).time[0]) == pytest.approx(16.4)
+
+
 @pytest.mark.full
 def test_a_star_settles_in_a_frame_that_turns() -> None:
     """500 particles at four fifths of the shedding rate: the exact star's axis ratio within 1.5 %, and still.

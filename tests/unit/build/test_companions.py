@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from astroinertia.build import rigid as start_rigid
+from astroinertia.build.companions import companions
+from astroinertia.build.refusals import refuse_impossible
 from astroinertia.errors import SceneError
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.scene import load
@@ -69,9 +71,32 @@ def test_orbits_come_out_of_an_archive(tmp_path):
         assert np.asarray(found.state.quaternion) == pytest.approx(np.asarray(stated.state.quaternion), abs=1e-12)
 
 
+def test_the_body_of_an_archive_may_be_any_of_its_particles_and_is_not_another(tmp_path):
+    bodies = simulation(3e5, [Companion("planet", 1.0, semi_major_axis=50.0)])  # as most archives are: the star first
+    bodies.save_to_file(str(tmp_path / "orbits.bin"), interval=0.7)
+    bodies.integrate(3.0)
+    orbits = '[orbits]\narchive = "orbits.bin"\n'
+    for which in ('"planet"', "1"):
+        scene = load.loads(f"{SCENE}{orbits}body = {which}\n", origin=str(tmp_path))
+        refuse_impossible(scene)
+        found = companions(scene, code_units(scene), 1.0)
+        assert np.asarray(found.mass) == pytest.approx([3e5], rel=1e-12)
+    for which, sentence in (
+        ("", r"'body' has 3e\+05 of the body's mass, .* by orbits.body, of these: body, planet"),
+        ('body = "moon"\n', "the archive has no particle moon"),
+        ("body = 2\n", "the archive has no particle 2"),
+    ):
+        text = f"{SCENE}{orbits}{which}"
+        with pytest.raises(SceneError, match=sentence):
+            refuse_impossible(load.loads(text, origin=str(tmp_path)))
+        with pytest.raises(SceneError, match=sentence):
+            evolution(text, str(tmp_path))
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        (SCENE + '[orbits]\nbody = "sun"\n', "has body, which only archive uses"),
         (SCENE + "[orbits]\nback_reaction = true\n", "back_reaction needs companions"),
         (
             SCENE.replace('"splitting"', '"adaptive"') + MOON + "[orbits]\nback_reaction = true\n",

@@ -24,6 +24,8 @@ LINES = {
     "new --from evr": {"evrard"},
     "verify --mode in": {"individual"},
     "completion fi": {"fish"},
+    "export star.toml --to v": {"vtk"},
+    "ratios --body Ma": {"Mars"},
 }
 
 

@@ -457,3 +457,32 @@ def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide
 
                 assert np.isfinite(output(values))
                 assert all(np.isfinite(slope) for slope in jax.grad(output)(values).values())
+
+
+FALLING = "velocity_gradient = [[-0.1, 0, 0], [0, -0.1, 0], [0, 0, -0.1]]"
+
+
+@pytest.mark.parametrize(("motion", "trend"), [("rotation = { rate = 0.3 }", 0.0), (FALLING, -1.0)])
+def test_a_body_that_only_turns_has_no_trend_of_round_off(motion: str, trend: float) -> None:
+    """The sign of a divergence of 1e-16 would be another on every processor, and the first steps' heat with it."""
+    scene = loads(f"""
+name = "turning"
+units = "code"
+[body]
+kind = "polytrope"
+index = 1.5
+particles = 64
+mass = 1.0
+radius = 1.0
+relax = false
+{motion}
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[effects.viscosity]
+[time]
+end = 1.0
+""")
+    found = np.asarray(prepare(scene).evolution.state.memory["viscosity_trend"])
+    np.testing.assert_array_equal(found, trend)

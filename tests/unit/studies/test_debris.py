@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from astropy import units
 
 from astroinertia.effects import catalogue
+from astroinertia.errors import SceneError
 from astroinertia.studies.debris import bound_to_itself, orbital_energies
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 
 @pytest.mark.parametrize(
@@ -29,3 +32,16 @@ def test_a_cluster_holds_together_and_what_flies_off_does_not_help_it() -> None:
     held = bound_to_itself(mass, position, velocity, density, np.zeros(62))
     assert held[:60].all() and not held[60:].any()
     assert not bound_to_itself(mass, position, velocity, density, np.full(62, 1e3)).any()
+
+
+def test_what_is_bound_is_so_in_any_units():
+    x, v = np.array([[0.0, 0, 0], [1.0, 0, 0], [9.0, 0, 0]]), np.array([[0.0, 0, 0], [0, 1.0, 0], [0, 3.0, 0]])
+    mass, density, heat = np.array([1.0, 0.1, 0.1]), np.array([9.0, 1.0, 1.0]), np.array([0.0, 0.0, 0.0])
+    plain = bound_to_itself(mass, x, v, density, heat)
+    speed = (GRAVITATIONAL_CONSTANT * units.Msun.to("kg") / units.Rsun.to("m")) ** 0.5 * units.m / units.s
+    solar = mass * units.Msun, x * units.Rsun, v * speed, density, heat * units.J / units.kg
+    np.testing.assert_array_equal(bound_to_itself(*solar), plain)
+    assert plain.tolist() == [True, True, False] == bound_to_itself(mass, x, v, density, [0.0, 0.0, 0.0]).tolist()
+    tide = catalogue.build("tide", {"mass": 100.0, "position": (5.0, 0.0, 0.0)})
+    with pytest.raises(SceneError, match="position: must be a plain number"):
+        orbital_energies(tide, 0.0, x * units.km, v)

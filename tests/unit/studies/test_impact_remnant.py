@@ -63,3 +63,8 @@ def test_a_moving_remnant_in_other_units_is_the_same(scattered):
     assert (there.disc == here.disc).all()
     np.testing.assert_allclose(there.angular_velocity, rate * here.angular_velocity, atol=1e-10 * rate)
     assert there.moment_ratio == pytest.approx(here.moment_ratio, rel=1e-9)
+
+
+def test_nothing_that_is_condensed_is_no_planet():
+    with pytest.raises(ValueError, match="no particle is denser than 5: the densest has 1"):
+        remnant(np.ones(3), np.eye(3), np.zeros((3, 3)), np.ones(3), 5.0)
