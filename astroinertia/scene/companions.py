@@ -67,10 +67,10 @@ class Orbits(Part):
         default=None,
         description="a REBOUND SimulationArchive to take the companions' orbits from, relative to the scene",
     )
-    body: str | int | None = Field(
+    body: Annotated[str, Field(min_length=1, max_length=64)] | None = Field(
         default=None,
-        description='name or number of the particle in it that is the body; without it that named "body", else the '
-        "first",
+        description='name of the particle in it that is the body, "particle 1" where it has none; without it that '
+        'named "body", else the first',
     )
 
     @model_validator(mode="after")

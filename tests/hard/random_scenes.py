@@ -91,6 +91,7 @@ TEXTS = {
     ("Layer", "material"): ("iron", "rock"),
     ("Box", "periodic"): ("x", "y", "z", "xy", "yz", "xz", "xyz"),
     ("Orbits", "archive"): (None,),  # a file of REBOUND's
+    ("Orbits", "body"): (None,),  # of that file
     ("Scene", "judged_by"): ("inertia_tensor z z", "total_energy", "angular_velocity z"),
     ("Scene", "description"): ("", "Drawn by chance."),
 }

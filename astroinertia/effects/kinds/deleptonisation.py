@@ -108,7 +108,6 @@ def captured(
     lost: electrons, of which `freed` is the energy; *_before: at its beginning. Half a step each is given at its
     beginning and its end.
     """
-    freed = xp.where(lost > 0.0, freed, 0.0)  # else round-off of two equal energies
     heat = xp.where(density < trapping, xp.maximum(freed - escape * lost, 0.0), 0.0)
     push = trapped_pressure(xp, density_before, potential_before, neutrinos, trapping, outside)
     push = push + trapped_pressure(xp, density, potential, neutrinos, trapping, outside)

@@ -3,6 +3,7 @@
 import jax
 import numpy as np
 import pytest
+import rebound
 
 from astroinertia.build import rigid as start_rigid
 from astroinertia.build.companions import companions
@@ -76,15 +77,20 @@ def test_the_body_of_an_archive_may_be_any_of_its_particles_and_is_not_another(t
     bodies.save_to_file(str(tmp_path / "orbits.bin"), interval=0.7)
     bodies.integrate(3.0)
     orbits = '[orbits]\narchive = "orbits.bin"\n'
-    for which in ('"planet"', "1"):
-        scene = load.loads(f"{SCENE}{orbits}body = {which}\n", origin=str(tmp_path))
+    unnamed = rebound.Simulation()
+    unnamed.add(m=3e5)
+    unnamed.add(m=1.0, a=50.0)
+    unnamed.save_to_file(str(tmp_path / "unnamed.bin"), interval=0.7)
+    unnamed.integrate(3.0)
+    for file, which in (("orbits", "planet"), ("unnamed", "particle 1")):
+        stated = f'[orbits]\narchive = "{file}.bin"\nbody = "{which}"\n'
+        scene = load.loads(SCENE + stated, origin=str(tmp_path))
         refuse_impossible(scene)
         found = companions(scene, code_units(scene), 1.0)
         assert np.asarray(found.mass) == pytest.approx([3e5], rel=1e-12)
     for which, sentence in (
         ("", r"'body' has 3e\+05 of the body's mass, .* by orbits.body, of these: body, planet"),
         ('body = "moon"\n', "the archive has no particle moon"),
-        ("body = 2\n", "the archive has no particle 2"),
     ):
         text = f"{SCENE}{orbits}{which}"
         with pytest.raises(SceneError, match=sentence):
