@@ -119,6 +119,7 @@ class _Arguments:
         self.signature, self.in_units = inspect.signature(function), in_units
         self.function = function.__qualname__.removesuffix(".__init__")
         parameters = self.signature.parameters.items()
+        # What is text itself; not a table by names, whose values may be numbers.
         self.texts = {name for name, parameter in parameters if "str" in str(parameter.annotation).split("Mapping")[0]}
         self.labelled = {name for name, parameter in parameters if "DataArray" in str(parameter.annotation)}
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}

@@ -33,11 +33,11 @@ def moments_series(
     snapshots: opened lazily (xarray.open_dataset, open_mfdataset, a zarr store), with `position` (series, particle,
     component) and `mass` (series, particle) or (particle,), in any units and in any order of dimensions; nothing else
     is read. about: a fixed point (3,), in the unit of the positions or with units; the centre of mass of each snapshot
-    where none is given. tolerance: principal
-    moments nearer than this share of the largest count as equal; axes are continuous in time (principal.tracked_frame).
-    buffer: bytes of particles to hold at a time; the next are read while these are summed. netCDF's own cache, 64 MB a
-    variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked
-    again for every buffer: store one snapshot a chunk. ValueError for dimensions or variables that are not there.
+    where none is given. tolerance: principal moments nearer than this share of the largest count as equal; axes are
+    continuous in time (principal.tracked_frame). buffer: bytes of particles to hold at a time; the next are read while
+    these are summed. netCDF's own cache, 64 MB a variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file
+    that holds many snapshots is unpacked again for every buffer: store one snapshot a chunk. ValueError for dimensions
+    or variables that are not there.
 
     >>> series = moments_series(ds.inertia.snapshots)
     >>> print(bool(series.inertia_tensor[-1, 2, 2] < series.inertia_tensor[0, 2, 2]))  # the star falls together
