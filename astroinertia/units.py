@@ -302,6 +302,15 @@ def with_unit(value: Any) -> Any:
     return None
 
 
+def stated(value: Any) -> Any:
+    """The same of what may also be text, "3 km"; None for what states no unit.
+
+    >>> print(stated("3 km"), stated(3.0))
+    3.0 km None
+    """
+    return parsed(value) if isinstance(value, str) else with_unit(value)
+
+
 def in_si(value: Any, dimension: str | Dimension | None) -> Any:
     """The numbers of a Quantity in SI, of any shape; SceneError where it has another dimension (None: any unit).
 

@@ -81,11 +81,16 @@ def report(options: Options) -> str:
     except ValueError as error:
         raise SceneError(f"{options.file}: {error}") from error
     if options.plot is not None:
+        from astroinertia.inertia.tensor import require_plausible
         from astroinertia.plots.ellipsoid import ellipsoid_figure
         from astroinertia.plots.style import save
 
         if not (body["principal_moments"][-1] > 0 and body["mass"] > 0):
             raise SceneError(f"{options.file} is a point without moments of inertia, so there is nothing to draw")
+        try:
+            require_plausible(body["inertia_tensor"].values)
+        except ValueError as error:
+            raise SceneError(f"{options.file} has a tensor that is not drawn: {error}") from None
         save(ellipsoid_figure(body, matter.points, options.file.stem), options.plot)
     if options.output is not None:
         write_whole(options.output, lambda aside: body.to_netcdf(aside, engine="netcdf4"))

@@ -48,8 +48,9 @@ def unbalance_of_body(body: Body) -> tuple[Array, Array]:
     >>> print(unbalance_of_body(wheel)[0])  # m r of what is stuck to its rim
     [0.006 0.   ]
     """
-    inertia = body.about(namespace(body.inertia).zeros(3))
-    return body.mass[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
+    xp = namespace(*vars(body).values())
+    inertia = body.about(xp.zeros(3))
+    return xp.asarray(body.mass)[..., None] * body.centre[..., :2], -inertia[..., :2, 2]
 
 
 @with_quantities(unbalance="kg m")
@@ -88,7 +89,7 @@ def two_plane_equivalent(static: Array, dynamic: Array, planes: Sequence[float])
     first, second = planes
     if is_known(first) and is_known(second) and first == second:
         raise ValueError(f"two planes are needed, and both are at {first:g}")
-    xp = namespace(static, dynamic)
+    xp = namespace(static, dynamic, first, second)
     share = (dynamic - first * static) / (second - first)
     return xp.stack([static - share, share], axis=-2)
 

@@ -60,7 +60,7 @@ class Body:
         An active rotation: a point x of the body goes to about + matrix (x - about), and I to R I R^T. The point is the
         centre of mass where none is given. A matrix that is not orthogonal is a ValueError.
         """
-        xp = namespace(matrix, self.inertia)
+        xp = namespace(matrix, self.inertia, self.centre, about)
         matrix = xp.asarray(matrix)
         matrix = matrix.astype(xp.result_type(matrix, self.inertia))
         require_orthogonal(matrix)
@@ -74,7 +74,7 @@ class Body:
         """Both bodies as one rigid body; a total mass of 0 has no centre and is a ValueError (not seen inside jit)."""
         if not isinstance(other, Body):
             return NotImplemented
-        xp = namespace(self.inertia, other.inertia)
+        xp = namespace(*vars(self).values(), *vars(other).values())
         mine, theirs = xp.asarray(self.mass), xp.asarray(other.mass)
         total = mine + theirs
         if is_known(total):

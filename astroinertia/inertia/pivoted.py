@@ -25,14 +25,16 @@ def pendulum_length(body: Body, pivot: Array, axis: Array = (0.0, 1.0, 0.0)) -> 
     """I/(m h) (...,): the length of the simple pendulum of the same period; h is from the axle to the centre of mass.
 
     It is also how far from the axle, on the line through the centre of mass, the centre of oscillation is: the body
-    swings about it with the same period, and a blow there leaves the axle alone (the centre of percussion).
+    swings about it with the same period, and a blow there leaves the axle alone (the centre of percussion). Infinite
+    for an axle through the centre of mass, about which nothing swings.
 
     >>> from astroinertia.inertia import shapes
     >>> print(f"{pendulum_length(shapes.rod(2.0, 3.0), (0, 0, 1.5)):.4f}")  # a rod about its end: 2/3 of its length
     2.0000
     """
-    xp = namespace(body.inertia, pivot)
-    return body.moment(axis, pivot) / (body.mass * _arm(xp, body, pivot, axis))
+    xp = namespace(*vars(body).values(), pivot, axis)
+    with np.errstate(divide="ignore"):
+        return body.moment(axis, pivot) / (body.mass * _arm(xp, body, pivot, axis))
 
 
 @with_quantities(pivot="m", amplitude="rad")
@@ -55,7 +57,7 @@ def pendulum_period(
     >>> print(f"{pendulum_period(rod, (0, 0, 0.75), amplitude=np.pi / 2, gravity=np.pi**2):.5f}")  # 1.18034 times that
     2.36068
     """
-    xp = namespace(body.inertia, pivot, amplitude, gravity)
+    xp = namespace(*vars(body).values(), pivot, axis, amplitude, gravity)
     if is_known(amplitude) and not (abs(np.asarray(amplitude)) < np.pi).all():
         raise ValueError("amplitude must be below pi: a pendulum does not swing further")
     low = xp.cos(0.5 * xp.asarray(amplitude))
@@ -94,7 +96,7 @@ def pivot_impulse(body: Body, pivot: Array, reach: Array, axis: Array = (0.0, 1.
     >>> print(f"{pivot_impulse(shapes.rod(2.0, 3.0), (0, 0, 1.5), 3.0):.4f}")  # a rod struck at its far end
     0.5000
     """
-    xp = namespace(body.inertia, pivot, reach)
+    xp = namespace(*vars(body).values(), pivot, axis, reach)
     return xp.asarray(reach) / pendulum_length(body, pivot, axis) - 1
 
 

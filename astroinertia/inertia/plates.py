@@ -115,7 +115,7 @@ def regular_polygon_plate(mass: Array, radius: Array, corners: int) -> Body:
     >>> print(f"{regular_polygon_plate(6.0, 1.0, 4).inertia[2, 2]:.4f}")  # a square: m a^2 / 6 with a^2 = 2
     2.0000
     """
-    if corners < 3 or corners != int(corners):
+    if not (3 <= corners < math.inf and corners == int(corners)):
         raise ValueError(f"a polygon must have a whole number of at least 3 corners, not {corners}")
     xp, (mass, radius) = checked(mass, radius=radius)
     square = radius**2 * (2 + math.cos(2 * math.pi / corners)) / 12

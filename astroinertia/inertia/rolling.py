@@ -139,7 +139,7 @@ def flywheel_rates(torque: Array, angles: Array, moment: Array, rate: Array, loa
     >>> print(f"{np.ptp(rates) / rates.mean():.4f}")  # 100/(2 50.5^2)
     0.0196
     """
-    xp = namespace(torque, angles, moment, rate)
+    xp = namespace(torque, angles, moment, rate, load)
     torque, angles = xp.asarray(torque), xp.asarray(angles)
     steps = xp.diff(angles)
     work = xp.cumsum(0.5 * (torque[..., 1:] + torque[..., :-1]) * steps, axis=-1)

@@ -200,9 +200,12 @@ def frustum(mass: Array, base_radius: Array, top_radius: Array, height: Array) -
     6.0000
     """
     xp, (mass, r, t, height) = checked(
-        mass, ("top_radius",), base_radius=base_radius, top_radius=top_radius, height=height
+        mass, ("base_radius", "top_radius"), base_radius=base_radius, top_radius=top_radius, height=height
     )
-    across = 3 * _fifth_over_third(r, t) / 20
+    refuse((r == 0) & (t == 0), "one of the radii of a frustum must be above 0")
+    unit = xp.maximum(r, t)
+    across = 3 * _fifth_over_third(unit, xp.minimum(r, t)) / 20
+    r, t = r / unit, t / unit  # whose fourth powers neither overflow nor vanish
     quartic = r**4 + 4 * r**3 * t + 10 * r**2 * t**2 + 4 * r * t**3 + t**4
     along = 3 * height**2 * quartic / (80 * (r**2 + r * t + t**2) ** 2)
     return body_of(xp, mass, across, across, along)
@@ -275,7 +278,7 @@ def spherical_cap(mass: Array, radius: Array, height: Array) -> Body:
     xp, (mass, r, h) = checked(mass, radius=radius, height=height)
     refuse(h > 2 * r, "the height of a spherical cap must not exceed the diameter of its sphere")
     across = h * (20 * r**2 - 15 * r * h + 3 * h**2) / (20 * (3 * r - h))
-    along = h**2 * (40 * r**2 - 24 * r * h + 3 * h**2) / (80 * (3 * r - h) ** 2)
+    along = (h / (3 * r - h)) ** 2 * (40 * r**2 - 24 * r * h + 3 * h**2) / 80
     return body_of(xp, mass, across, across, along)
 
 
@@ -343,5 +346,5 @@ def prism(mass: Array, vertices: Array, height: Array) -> Body:
 
 def _fifth_over_third(large: Array, small: Array) -> Array:
     """(a^5 - b^5) / (a^3 - b^3) without the cancellation, and without dividing by a - b."""
-    a, b = large, small
-    return (a**4 + a**3 * b + a**2 * b**2 + a * b**3 + b**4) / (a**2 + a * b + b**2)
+    b = small / large  # the fourth powers of the sizes may overflow or vanish
+    return large**2 * (1 + b + b**2 + b**3 + b**4) / (1 + b + b**2)

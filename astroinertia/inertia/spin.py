@@ -35,7 +35,7 @@ def angular_momentum(
     >>> print(angular_momentum(np.ones(2), x, v))  # sum m x cross v
     [0. 0. 6.]
     """
-    at_rest = None if origin is None else namespace(position).zeros_like(namespace(position).asarray(origin))
+    at_rest = None if origin is None else namespace(origin).zeros_like(namespace(origin).asarray(origin))
     return axial_vector(mixed_moment(mass, position, velocity, origin, at_rest, weights))
 
 
@@ -98,7 +98,7 @@ def residual_flow(mass: Array, position: Array, velocity: Array, weights: Array 
     >>> print(abs(residual_flow(np.ones(4), x, flow)).max().round(12))  # leave nothing
     0.0
     """
-    xp = namespace(mass, position, velocity)
+    xp = namespace(mass, position, velocity, weights)
     spin = _spin(
         inertia_tensor(mass, position, weights=weights),
         angular_momentum(mass, position, velocity, weights=weights),
@@ -114,6 +114,7 @@ def _applied(inertia: Array, vector: Array) -> Array:
 
 def _spin(inertia: Array, angular_momentum: Array) -> Array:
     xp = namespace(inertia, angular_momentum)
+    inertia = xp.asarray(inertia)
     size = xp.trace(inertia, axis1=-2, axis2=-1)
     # The determinant over the sum of the principal minors is the smallest moment where that is small.
     of_unit = invariants(inertia / xp.where(size > 0, size, 1.0)[..., None, None])

@@ -63,7 +63,7 @@ def target_energy(
     >>> print(target_energy(np.diag([3.0, 2.0, 1.0]), target_tensor((3.0, 2.0, 1.0)), 1.0))  # it has what is wanted
     0.0
     """
-    xp = namespace(second_moment)
+    xp = namespace(second_moment, target, normal)
     trace, share, wanted, _ = _shares(xp, second_moment, target, free_size, normal)
     if orientation_stiffness is None:
         return 0.5 * trace * stiffness * _square(share - wanted)
@@ -84,7 +84,7 @@ def target_energy_parts(
     >>> print(target_energy_parts(np.diag([4.0, 4.0, 4.0]), np.eye(3)).round(12))  # only its size is wrong
     [4.5 0.  0. ]
     """
-    xp = namespace(second_moment)
+    xp = namespace(second_moment, target, normal)
     trace, share, wanted, plane = _shares(xp, second_moment, target, free_size, normal)
     aligned = _aligned(xp, share, wanted)
     dimensions = 3 if normal is None else 2
@@ -108,7 +108,7 @@ def target_matrix(
     >>> print(np.diag(target_matrix(np.diag([4.0, 1.0, 1.0]), np.eye(3), 1.0)))  # too long along x: inwards
     [-2. -0. -0.]
     """
-    xp = namespace(second_moment)
+    xp = namespace(second_moment, target, normal)
     _, share, wanted, plane = _shares(xp, second_moment, target, free_size, normal)
     aligned = wanted if orientation_stiffness is None else _aligned(xp, share, wanted)
     matrix = -2.0 * stiffness * (share - aligned)
@@ -149,6 +149,7 @@ def _shares(
     xp: Any, second_moment: Array, target: Array, free_size: bool, normal: Array | None
 ) -> tuple[Array, Array, Array, Array]:
     # T, Q/T and N, in the plane where there is one, and the unit tensor there.
+    second_moment = xp.asarray(second_moment)
     plane = xp.eye(3, dtype=second_moment.dtype)
     if normal is not None:
         across: Any = xp.asarray(normal)

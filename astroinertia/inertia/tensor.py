@@ -86,7 +86,7 @@ def centre_of_mass(mass: Array, position: Array, weights: Array | None = None) -
     >>> print(centre_of_mass(np.array([1.0, 3.0]), np.array([[0.0, 0, 0], [4.0, 0, 0]])))
     [3. 0. 0.]
     """
-    xp = namespace(mass, position)
+    xp = namespace(mass, position, weights)
     centre = _centred(xp, _weighted(xp, mass, weights), xp.asarray(position))[0]
     return xp.stack(centre, axis=-1)
 
@@ -122,7 +122,7 @@ def mixed_moment(
     >>> print(mixed_moment(np.ones(2), x, v)[0, 1])  # sum m x v_y: L_z, as sum m y v_x is 0
     6.0
     """
-    xp = namespace(mass, left, right)
+    xp = namespace(mass, left, right, left_origin, right_origin, weights)
     mass = _weighted(xp, mass, weights)
     a = _relative(xp, mass, left, left_origin)
     b = a if right is left and right_origin is left_origin else _relative(xp, mass, right, right_origin)
@@ -205,6 +205,8 @@ def grid_inertia(density: "DataArray", coordinates: Sequence[str] = ("x", "y", "
     body["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
     units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
     if None not in units:
+        if any(text[:1].isdigit() and text != "1" for text in units):
+            raise ValueError(f"units of a grid have no factors: {units[1]} and {units[0]}")
         body["mass"].attrs["units"], body["inertia_tensor"].attrs["units"] = (f"{units[1]}{n} {units[0]}" for n in "35")
         body["centre_of_mass"].attrs["units"] = units[1]
     return body

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.inertia.tensor import require_plausible
 from astroinertia.plots.shown_units import cleared, unit_of
 
 _WIDTH, _COLUMN = 30, 15
@@ -50,8 +51,12 @@ def _plain(value: Any) -> Any:
 
 def _title(dataset: xr.Dataset) -> str:
     point = ", ".join(f"{value:.7g}" for value in dataset["origin"].values)
-    where = "centre of mass" if dataset.attrs["about"] == "centre of mass" else f"point ({point})"
+    where = "centre of mass" if _about_centre(dataset) else f"point ({point})"
     return f"{dataset.attrs['title']}\nall about the {where}" + (", in SI" if unit_of(dataset["mass"]) != "1" else "")
+
+
+def _about_centre(dataset: xr.Dataset) -> bool:
+    return dataset.attrs["about"] == "centre of mass"
 
 
 def _tensor(dataset: xr.Dataset) -> str:
@@ -75,12 +80,15 @@ def _principal(dataset: xr.Dataset) -> str:
     lines.append(_row("gap to the nearest moment", dataset["principal_gap"]))
     lines.append(_row("radius of gyration", dataset["radius_of_gyration"]))
     lines.append(_row("I/(M R^2)", dataset["moment_ratio"]))
-    lines.append(_row("equivalent semi-axis", dataset["semi_axes"]))
+    if _about_centre(dataset):
+        lines.append(_row("equivalent semi-axis", dataset["semi_axes"]))
     return "\n".join(lines)
 
 
 def _rest(dataset: xr.Dataset) -> str:
+    own = [] if _about_centre(dataset) else [_row("equivalent semi-axes", dataset["semi_axes"]) + "   about the centre"]
     lines = [
+        *own,
         _row("R", dataset["reference_radius"]) + f"   {dataset.attrs['radius_convention']}",
         _row("triaxiality", dataset["triaxiality"]) + "   0 oblate, 1 prolate; of the equivalent ellipsoid",
     ]
@@ -91,6 +99,10 @@ def _rest(dataset: xr.Dataset) -> str:
             _row("moment about it", dataset["axis_moment"]),
             _row("radius of gyration about it", dataset["axis_radius_of_gyration"]),
         ]
+    try:
+        require_plausible(dataset["inertia_tensor"].values)
+    except ValueError as error:
+        lines += ["", f"not the tensor of a body of positive mass: {error}"]
     if not dataset["axis_defined"].values.all():
         tolerance = float(dataset.attrs["gap_tolerance"])
         lines += ["", f"undefined: moments equal to {tolerance:g} of the largest; any direction in their plane will do"]

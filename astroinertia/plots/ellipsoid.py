@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.inertia.principal import principal_frame, undefined_axes
+from astroinertia.inertia.tensor import about_centre
 from astroinertia.plots import style
 from astroinertia.plots.polhodes import polhode
 
@@ -37,10 +39,11 @@ def ellipsoid_figure(dataset: xr.Dataset, points: np.ndarray | None = None, name
     moments, axes = dataset["principal_moments"].values, dataset["principal_axes"].transpose("principal", "i").values
     defined = dataset["axis_defined"].values.astype(bool)
     view = view_of(axes)
+    own = (axes, defined) if dataset.attrs["about"] == "centre of mass" else _own_axes(dataset)
     with style.styled():
         figure = style.page(f"{name}: inertia ellipsoid" if name else "inertia ellipsoid", (11.0, 6.0))
         left, right = figure.subplots(1, 2)
-        _body(left, dataset, axes, defined, view, points)
+        _body(left, dataset, *own, view, points)
         _inertia(right, moments, axes, defined, view)
         for panel in (left, right):
             draw_triad(panel, view)
@@ -56,15 +59,23 @@ def view_of(axes: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(upwards, towards), upwards, towards])
 
 
+def _own_axes(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """The principal axes about the centre of mass, as rows, and whether each has a direction of its own."""
+    offset = dataset["origin"].values - dataset["centre_of_mass"].values
+    moments, axes = principal_frame(about_centre(dataset["inertia_tensor"].values, dataset["mass"].values, offset))
+    return axes, ~undefined_axes(moments, dataset.attrs["gap_tolerance"])
+
+
 def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
     lengths = dataset["semi_axes"].values
     scale, unit = style.scale_of(style.unit_of(dataset["semi_axes"]), lengths)
     reach = float(lengths.max()) or 1.0
     if points is not None:
         shown = points[np.linspace(0, len(points) - 1, min(len(points), MOST_POINTS)).astype(int)]
-        seen = (shown - dataset["origin"].values) @ view.T / reach
+        offset = shown - dataset["centre_of_mass"].values
+        seen = offset @ view.T / reach
         reach *= min(max(1.0, float(np.quantile(np.linalg.norm(seen, axis=1), 0.999))), 3.0)
-        seen = (shown - dataset["origin"].values) @ view.T / reach
+        seen = offset @ view.T / reach
         near = seen[np.linalg.norm(seen, axis=1) <= 1.15]
         size = float(np.clip(3000 / len(shown), 1.0, 24.0))
         panel.scatter(near[:, 0], near[:, 1], s=size, color=style.GREY, linewidth=0, alpha=0.7, zorder=1)

@@ -137,8 +137,11 @@ class _Arguments:
             return args, options  # which the call itself says
         units = import_module("astroinertia.units")  # which stands above this room, and is loaded by who needs it
         before = dict(bound.arguments)
+        dims = _dims_in_order(value for name, value in before.items() if name not in self.labelled)
         for name, value in before.items():
-            bound.arguments[name] = self._number(name, value, units)
+            arranged = value if name in self.labelled else _arranged(value, dims)
+            bound.arguments[name] = before[name] = arranged
+            bound.arguments[name] = self._number(name, arranged, units)
         changed = any(bound.arguments[name] is not value for name, value in before.items())
         for name, value in bound.arguments.items():
             bound.arguments[name] = self._real(name, value if name in self.labelled else _without_labels(value))
@@ -302,11 +305,29 @@ def _has_components(value: Any) -> bool:
     return hasattr(type(value), "dims") and hasattr(value, "values") and any(dim in _COMPONENTS for dim in value.dims)
 
 
-def _without_labels(value: Any) -> Any:
-    """A series of vectors or tensors as an array, components last: labelled products sum over what has one name."""
-    if not _has_components(value) or hasattr(type(value), "data_vars"):
+def _is_series(value: Any) -> bool:
+    made = type(value)
+    return hasattr(made, "dims") and hasattr(value, "values") and not hasattr(made, "data_vars")
+
+
+def _dims_in_order(values: Iterable[Any]) -> tuple[str, ...]:
+    """The dimensions of the first series of vectors or tensors, components last; none without one."""
+    first = next((value for value in values if _is_series(value) and _has_components(value)), None)
+    others = () if first is None else (dim for dim in first.dims if dim not in _COMPONENTS)
+    return () if first is None else (*others, *_COMPONENTS)
+
+
+def _arranged(value: Any, dims: tuple[str, ...]) -> Any:
+    """A series with its dimensions in this order, those that are not among them first: arrays go by place."""
+    if not _is_series(value):
         return value
-    return value.transpose(..., *(dim for dim in _COMPONENTS if dim in value.dims)).values
+    ordered = tuple(sorted(value.dims, key=lambda dim: dims.index(dim) if dim in dims else -1))
+    return value if ordered == value.dims else value.transpose(*ordered)
+
+
+def _without_labels(value: Any) -> Any:
+    """A series of vectors or tensors as an array: labelled products sum over what has one name."""
+    return value.values if _is_series(value) and _has_components(value) else value
 
 
 def _is_quantity(made: type) -> bool:

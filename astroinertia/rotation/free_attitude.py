@@ -138,10 +138,10 @@ def precession_per_period(top: FreeTop) -> float:
 def uncertainty(top: FreeTop, times: Array, relative: float = 2.0**-53) -> tuple[np.ndarray, np.ndarray]:
     """How well the motion is known at times (...,) when moments and angular velocity are known to `relative` only.
 
-    The change of the angular velocity in the body (...,), over its greatest, and the angle of that of the attitude
-    (...,), in rad: the roots of the sums of squares over the six numbers, each changed by that share. It grows as the
-    angle turned through, and by 1/k'^2 more where the separatrix is near, unless by two components that are small
-    themselves; no method can do better with such numbers.
+    The change of the angular velocity in the body (...,), over its greatest component, and the angle of that of the
+    attitude (...,), in rad: the roots of the sums of squares over the six numbers, each changed by that share. It grows
+    as the angle turned through, and by 1/k'^2 more where the separatrix is near, unless by two components that are
+    small themselves; no method can do better with such numbers.
     Where decimals were meant, the default says what giving floats in their stead has cost.
     Test: tests/hard/test_free_tops_hard.py.
 

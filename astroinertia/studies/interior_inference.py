@@ -22,7 +22,7 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.moment_ratio import fluid_love_number, synchronous_share
 from astroinertia.studies.sampling import sample
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
-from astroinertia.units import in_unit, parsed, with_unit
+from astroinertia.units import in_unit, stated
 
 CHOICES = ("core_density", "mantle_density", "core_radius_ratio")
 CRUST = ("crust_share", "crust_density")
@@ -248,7 +248,7 @@ def _plain(name: str, given: Any, kinds: tuple[type, ...]) -> Any:
 
 
 def _in_unit(value: Any, unit: str) -> Any:
-    own = parsed(value) if isinstance(value, str) else with_unit(value)
+    own = stated(value)
     return value if own is None else in_unit(own, unit)
 
 

@@ -117,14 +117,15 @@ def moments(
 ) -> xr.Dataset:
     """Tensor, principal moments and axes, ratios, radii and equivalent ellipsoid of a body.
 
-    All of them are about one point: `about` (3,), or the centre of mass. axis (3,): one more moment, about the line
-    through that point along it. radius: R of the ratio I/(M R^2), else the one that the matter has. In the units of the
-    matter and the axes of its file. principal_axes has unit vectors in rows, right-handed; where axis_defined is false
-    the direction is arbitrary within the plane of equal moments. triaxiality is (a^2 - b^2) / (a^2 - c^2) of the
-    semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx, Illingworth & de Zeeuw 1991, ApJ 383,
-    112), NaN for a sphere. field_degree: also the harmonics of the gravity field to this degree, about that point, with
-    R and a normalization as of inertia.gravity_field, in the axes of the file or the principal ones. ValueError for an
-    axis without a direction, a radius that is not positive, and moments that overflow.
+    All of them are about one point: `about` (3,), or the centre of mass, which the ellipsoid always is about. axis
+    (3,): one more moment, about the line through that point along it. radius: R of the ratio I/(M R^2), else the one
+    that the matter has. In the units of the matter and the axes of its file. principal_axes has unit vectors in rows,
+    right-handed; where axis_defined is false the direction is arbitrary within the plane of equal moments. triaxiality
+    is (a^2 - b^2) / (a^2 - c^2) of the semi-axes a >= b >= c, 0 for an oblate body and 1 for a prolate one (Franx,
+    Illingworth & de Zeeuw 1991, ApJ 383, 112), NaN for a sphere. field_degree: also the harmonics of the gravity field
+    to this degree, about that point, with R and a normalization as of inertia.gravity_field, in the axes of the file or
+    the principal ones. ValueError for an axis without a direction, a radius that is not positive, and moments that
+    overflow.
 
     >>> summary = moments(read_matter("runs/star"))
     >>> print(float(summary.principal_moments[-1] / summary.principal_moments[0]) < 1.1)  # nearly round
@@ -138,12 +139,13 @@ def moments(
         inertia = np.asarray(body.inertia if about is None else body.about(origin))
     if not np.isfinite(inertia).all():
         raise ValueError("the moments are too large for a number")
-    principal, axes = principal_frame(inertia)
-    principal = _not_below(principal, matter.gap_tolerance * principal[-1])
+    principal, axes = _principal(inertia, matter.gap_tolerance)
     gap, undefined = principal_gap(principal), undefined_axes(principal, matter.gap_tolerance)
-    gyration = tensor.radius_of_gyration(np.maximum(principal, 0.0), body.mass)
-    lengths = tensor.equivalent_semi_axes(body.mass, principal)
+    gyration = tensor.radius_of_gyration(np.where(principal < 0, np.nan, principal), body.mass)
+    own = principal if about is None else _principal(np.asarray(body.inertia), matter.gap_tolerance)[0]
+    lengths = tensor.equivalent_semi_axes(body.mass, own)
     a2, b2, c2 = np.sort(lengths)[::-1] ** 2
+    round_body = undefined_axes(own, matter.gap_tolerance).all()
     size = float(body.mass) * radius * radius
     mass, length, moment = matter.units[0], matter.units[1], _moment_unit(matter.units)
     p = ("principal",)
@@ -160,10 +162,10 @@ def moments(
         "moment_ratio": (p, principal / size if size > 0 else np.full(3, np.nan), "1", "I / (M R^2)"),
         "reference_radius": ((), radius, length, f"R: {convention}"),
         "semi_axes": (
-            p, lengths, length, "semi-axes of the homogeneous ellipsoid with this mass and this tensor",
+            p, lengths, length, "semi-axes of the homogeneous ellipsoid with this mass and the tensor about its centre",
         ),
         "triaxiality": (
-            (), np.nan if undefined.all() else (a2 - b2) / (a2 - c2), "1", "triaxiality",
+            (), np.nan if round_body else (a2 - b2) / (a2 - c2), "1", "triaxiality",
         ),
     }  # fmt: skip
     if axis is not None:
@@ -216,6 +218,11 @@ def gravity_field(matter: Matter, degree: int, radius: float | None = None, orig
     if matter.faces is not None:
         return mesh_field(matter.points, matter.faces, degree, size, mass=float(matter.body.mass), origin=origin)
     return particle_field(matter.masses, matter.points, degree, size, origin)
+
+
+def _principal(inertia: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    moments, axes = principal_frame(inertia)
+    return _not_below(moments, tolerance * moments[-1]), axes
 
 
 def _not_below(moments: np.ndarray, round_off: float) -> np.ndarray:

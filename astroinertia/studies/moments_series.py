@@ -13,7 +13,7 @@ from numba import njit
 
 from astroinertia.inertia import tensor
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_gap, tracked_frame
-from astroinertia.units import in_unit, parsed, with_unit
+from astroinertia.units import in_unit, stated
 
 BUFFER = 2**23  # bytes of particles that are read at a time, which a cache still holds when they are summed
 _BLOCK = 256  # particles summed by themselves before they join the total, which keeps the digits of a long sum
@@ -64,12 +64,12 @@ def _in_unit_of(position: xr.DataArray, about: Any) -> np.ndarray:
     own = str(position.attrs.get("units", ""))
 
     def number(value: Any) -> Any:
-        stated = parsed(value) if isinstance(value, str) else with_unit(value)
-        if stated is None:
+        given = stated(value)
+        if given is None:
             return value
         if not own:
             raise ValueError("about must have no unit, for the positions state none")
-        return in_unit(stated, own)
+        return in_unit(given, own)
 
     of_all = number(about)
     values = of_all if of_all is not about else [number(value) for value in about]

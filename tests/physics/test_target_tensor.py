@@ -134,6 +134,11 @@ def test_energy_is_conserved_to_second_order_in_the_step() -> None:
         ),
         ("axis_ratios = [1.0, 0.0, 2.0]", "must be more than 0"),
         ("axis_ratios = [1.0, 1.0, 2.0]\nnormal = [0.0, 0.0, 0.0]", "zero length"),
+        (
+            "moments = [0.0, 0.2, 0.2]\nfirst_axis = [0.0, 0.0, 1.0]\nsecond_axis = [1.0, 0.0, 0.0]\n"
+            "normal = [0.0, 0.0, 1.0]",
+            "no extent in the plane across normal",
+        ),
     ],
 )
 def test_impossible_targets_are_refused(options: str, sentence: str) -> None:

@@ -12,6 +12,7 @@ from astroinertia.inertia.tensor import require_plausible
 from astroinertia.units import REQUIRED, Option, positive
 
 PARALLEL = 1e-6  # sine of the angle below which two directions do not span a plane
+FLAT = 1e-12  # share of a target in a plane below which there is nothing of it there
 
 
 @pytree
@@ -57,7 +58,14 @@ class TargetTensor(Effect):
                 raise ValueError("an orientation_stiffness needs first_axis and second_axis")
         elif np.linalg.norm(np.cross(first, second)) <= PARALLEL * np.linalg.norm(first) * np.linalg.norm(second):
             raise ValueError("first_axis and second_axis must not be parallel or zero")
-        return cls(**options)
+        effect = cls(**options)
+        if effect.normal is not None:
+            across = np.asarray(effect.normal)
+            wanted = effect.wanted(np)["target"]
+            along = across @ wanted @ across / (across @ across)
+            if np.trace(wanted) - along <= FLAT * np.trace(wanted):
+                raise ValueError("the target has no extent in the plane across normal")
+        return effect
 
     def axes(self, xp):
         """The target's axes as rows, (3, 3): the first as given, the second as near to the given one as it can be."""

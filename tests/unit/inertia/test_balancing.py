@@ -231,3 +231,9 @@ def test_corrections_can_be_compiled():
     radii = jnp.array([0.3, 0.2])
     for compiled, plain in zip(jax.jit(corrections)(planes, radii), corrections(planes, radii), strict=True):
         np.testing.assert_allclose(compiled, plain, rtol=1e-6)
+
+
+def test_a_body_made_by_hand_has_its_unbalance():
+    static, dynamic = balancing.unbalance_of_body(Body(3.0, np.array([0.1, 0.0, 0.0]), np.eye(3)))
+    assert static.tolist() == pytest.approx([0.3, 0.0])
+    assert dynamic.tolist() == [0.0, 0.0]

@@ -74,3 +74,7 @@ def test_periods_have_gradients():
 def test_amplitudes_beyond_the_top_are_refused_by_name(amplitude):
     with pytest.raises(ValueError, match="amplitude must be below pi"):
         pivoted.pendulum_period(BODY, PIVOT, AXIS, amplitude)
+
+
+def test_nothing_swings_about_its_centre_of_mass():
+    assert pivoted.pendulum_length(shapes.rod(1.0, 2.0), np.zeros(3)) == np.inf

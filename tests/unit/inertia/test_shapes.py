@@ -340,6 +340,8 @@ def test_batches_and_precision(name):
         (lambda: shapes.polygon_plate(1.0, [[0, 0], [1, 1]]), "at least 3 corners"),
         (lambda: shapes.regular_polyhedron(1.0, 1.0, 10), "4, 6, 8, 12 or 20 faces, not 10"),
         (lambda: shapes.regular_polygon_plate(1.0, 1.0, 2), "at least 3 corners, not 2"),
+        (lambda: shapes.regular_polygon_plate(1.0, 1.0, np.inf), "whole number of at least 3 corners, not inf"),
+        (lambda: shapes.frustum(1.0, 0.0, 0.0, 1.0), "one of the radii of a frustum"),
     ],
 )
 def test_impossible_sizes_are_refused_with_a_sentence(call, sentence):
@@ -352,3 +354,21 @@ def test_polygons_far_away_and_either_way_round_keep_their_digits():
     far = shapes.polygon_plate(1.0, POLYGON[::-1] + 2.0**20)
     np.testing.assert_allclose(far.inertia, near.inertia, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(far.centre[:2] - 2.0**20, near.centre[:2], rtol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e11, 1e-11])
+def test_sizes_in_single_precision_neither_overflow_nor_vanish(size):
+    one, length = np.float32(1.0), np.float32(size)
+    for solid, ratio in ((shapes.solid_sphere(one, length), 0.4), (shapes.cone(one, length, length), 0.3)):
+        assert solid.inertia.dtype == np.float32
+        assert solid.inertia[2, 2] / length / length == pytest.approx(ratio, rel=1e-6)
+    cap = shapes.spherical_cap(one, length, length)
+    assert cap.inertia[0, 0] / length / length == pytest.approx(83 / 320, rel=1e-6)  # of a hemisphere
+
+
+def test_a_cone_may_stand_on_its_tip():
+    up, down = shapes.frustum(2.0, 3.0, 0.5, 4.0), shapes.frustum(2.0, 0.5, 3.0, 4.0)
+    np.testing.assert_allclose(up.inertia, down.inertia, rtol=1e-15)
+    np.testing.assert_allclose(
+        shapes.frustum(2.0, 0.0, 3.0, 4.0).inertia, shapes.cone(2.0, 3.0, 4.0).inertia, rtol=1e-15
+    )

@@ -278,3 +278,10 @@ def test_the_moment_about_an_axis_does_not_depend_on_its_length(length):
     assert tensor.moment_about(np.diag([1.0, 2.0, 3.0]), axis) == pytest.approx(
         (9.0 * 1.0 + 16.0 * 3.0) / 25.0, rel=1e-15
     )
+
+
+def test_a_factor_in_the_unit_of_a_grid_is_refused():
+    cells = xr.DataArray([0.0, 1.0], dims="x", attrs={"units": "10 km"})
+    grid = xr.DataArray(np.ones((2, 2, 2)), {"x": cells, "y": [0.0, 1.0], "z": [0.0, 1.0]}, attrs={"units": "g/cm3"})
+    with pytest.raises(ValueError, match="units of a grid have no factors: 10 km and g/cm3"):
+        tensor.grid_inertia(grid)

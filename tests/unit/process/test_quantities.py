@@ -31,6 +31,7 @@ from astroinertia.inertia import balancing, shapes, spin, tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.jointed import Limb
 from astroinertia.inertia.prescribed import change
+from astroinertia.inertia.principal import principal_moments
 from astroinertia.inertia.rolling import flywheel_energy, spinning_disc_stress
 from astroinertia.inertia.target import target_energy_gradient
 from astroinertia.matter import planetary, rheology, tillotson
@@ -548,3 +549,26 @@ def test_a_star_is_sought_by_a_period_with_a_unit() -> None:
     solar = {"mass": 1 * u.Msun, "equatorial_radius": 1 * u.Rsun}
     found = rotating_star_with("period", 4 * u.hour, polytropic_matter(1.5), **solar)
     assert found.angular_velocity == pytest.approx(2.0 * np.pi / 14400.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["kg m2", "g cm2"])
+def test_a_series_with_any_order_of_dimensions_has_components_last_in_any_unit(unit: str) -> None:
+    scale = {"kg m2": 1.0, "g cm2": 1e7}[unit]
+    tensors = scale * np.array([np.diag([1.0, 2, 3]), np.diag([2.0, 3, 5]), np.diag([3.0, 4, 6])])
+    series = xr.DataArray(tensors, dims=("time", "i", "j"), attrs={"units": unit}).transpose("i", "j", "time")
+    np.testing.assert_allclose(principal_moments(series), [[1, 2, 3], [2, 3, 5], [3, 4, 6]])
+    rates = xr.DataArray(np.eye(3), dims=("time", "i"), attrs={"units": "rad s-1"}).transpose("i", "time")
+    np.testing.assert_allclose(spin.rotational_energy(series, rates), [0.5, 1.5, 3.0])
+
+
+def test_masses_and_velocities_go_by_their_dimensions_not_by_place() -> None:
+    random = np.random.default_rng(3)
+    mass, x, v = random.uniform(1, 2, (4, 4)), random.normal(size=(4, 4, 3)), random.normal(size=(4, 4, 3))
+    dims = ("time", "particle", "i")
+    position = xr.DataArray(x, dims=dims)
+    masses = xr.DataArray(mass, dims=dims[:2]).transpose()
+    velocity = xr.DataArray(v, dims=dims).transpose("i", "particle", "time")
+    np.testing.assert_allclose(tensor.inertia_tensor(masses, position), tensor.inertia_tensor(mass, x), rtol=1e-15)
+    np.testing.assert_allclose(
+        spin.angular_momentum(masses, position, velocity), spin.angular_momentum(mass, x, v), rtol=1e-15
+    )

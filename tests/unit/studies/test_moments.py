@@ -297,3 +297,28 @@ def test_what_is_wrong_gets_one_sentence_and_writes_nothing(arguments, words, tm
     assert words in printed.err
     assert printed.err.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_ellipsoid_of_a_body_is_about_its_centre_whatever_the_moments_are_about(box, tmp_path, capsys):
+    matter = read_matter(box)
+    own, about = moments(matter), moments(matter, about=(30.0, 0.0, 0.0))
+    np.testing.assert_allclose(about.semi_axes, own.semi_axes, rtol=1e-14)
+    assert float(about.triaxiality) == pytest.approx(float(own.triaxiality))
+    picture = tmp_path / "box.png"
+    assert main(["moments", str(box), "--about=30,0,0", "--plot", str(picture)]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("equivalent semi-axes"))
+    assert line.endswith("about the centre")
+    assert [float(value) for value in line.split()[2:5]] == pytest.approx(own.semi_axes.values, rel=1e-6)
+    assert picture.stat().st_size > 10_000
+
+
+def test_a_mesh_with_a_part_inside_out_is_no_body_and_is_not_drawn(tmp_path, capsys):
+    vertices, faces = icosphere(1)
+    both = np.concatenate([2.0 * vertices, vertices + [5.0, 0.0, 0.0]])
+    mesh = write_mesh(tmp_path / "two.obj", both, np.concatenate([faces, faces[:, ::-1] + len(vertices)]))
+    assert main(["moments", str(mesh)]) == 0
+    printed = capsys.readouterr().out
+    assert "not the tensor of a body of positive mass: principal moments are not negative" in printed
+    assert next(line for line in printed.splitlines() if "gyration" in line).split()[-3] == "undefined"
+    assert main(["moments", str(mesh), "--plot", str(tmp_path / "two.png")]) == 2
+    assert "has a tensor that is not drawn: principal moments are not negative" in capsys.readouterr().err
