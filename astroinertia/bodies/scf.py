@@ -72,7 +72,6 @@ class Field:
     cosine: np.ndarray
     weight: np.ndarray
     level: np.ndarray
-    iterations: int
 
     @property
     def equatorial_gravity(self) -> float:
@@ -132,7 +131,7 @@ def solve_field(
     follows = hasattr(rotation, "followed")
     guessed = solver.guessed()
     outer = even_legendre(guessed[0][solver.mesh.split :], resolution.degree)
-    moments, mixed = solver.moments(*guessed, outer), Anderson(_HISTORY)
+    moments, mixed = solver.moments(*guessed[1:], outer), Anderson(_HISTORY)
     unit = np.abs(moments[:, 0]).max()
     least, progress = math.inf, 0
     for iteration in range(1, _MOST_ITERATIONS + 1):
@@ -140,9 +139,9 @@ def solve_field(
             solver.turn_as(rotation)
         balance = solver.balance(moments)
         quadrature, table = solver.levels(balance)
-        updated = solver.moments(*quadrature, table)
+        updated = solver.moments(*quadrature[1:], table)
         field = Field(matter, rotation, float(axis_ratio), solver.mesh, moments, balance.phi, balance.exterior,
-                      balance.constant, balance.rate_squared, balance.peak, *quadrature, iteration)  # fmt: skip
+                      balance.constant, balance.rate_squared, balance.peak, *quadrature)  # fmt: skip
         before, after = moments.ravel() / unit, updated.ravel() / unit
         if follows and np.isfinite(after).all():
             before, after = np.append(before, rotation.rates), np.append(after, rotation.followed(field))
@@ -247,7 +246,7 @@ class _Solver:
             np.concatenate([inside, outside]) / balance.peak,
         ), table
 
-    def moments(self, cosine: np.ndarray, weight: np.ndarray, level: np.ndarray, table: np.ndarray) -> np.ndarray:
+    def moments(self, weight: np.ndarray, level: np.ndarray, table: np.ndarray) -> np.ndarray:
         """q_l on each sphere, (K, L); table: P_l at the cosines of those outside the polar radius."""
         split = self.mesh.split
         mass = weight * self.matter.density(level)

@@ -7,7 +7,6 @@ results have the same bits whatever the number of threads.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -377,14 +376,6 @@ class Engine:
     def _workers_for(self, chosen: Targets) -> int:
         # Few targets are sooner done than other threads are started.
         return max(1, min(self.workers, len(chosen.groups) // 4))
-
-    def source(
-        self, kernel: str, terms: Sequence[PairTerm], all_pairs: bool = False, virial: bool = False
-    ) -> ModuleType:
-        """The generated module that carries the terms: what is compiled, and nothing else."""
-        if all_pairs:
-            return all_pairs_pass(kernel, tuple(terms), self.precision, virial)[0]
-        return neighbour_pass(kernel, tuple(terms), self.precision, virial).module
 
 
 def _array(values: Any) -> np.ndarray:

@@ -58,22 +58,20 @@ def tree(position: np.ndarray, leaf_size: int, widest: np.ndarray, threads: int 
     share_out(_part_tasks, threads, position, order, first, last, right, leaf_size, task)
     pieces = np.zeros(leaves, np.int64)
     share_out(_cut_leaves, threads, position, order, widest, leaf_size, pieces)
-    return _with_pieces(order, leaf_size, first, last, right, pieces)
+    return _with_pieces(order, leaf_size, first, right, pieces)
 
 
-def _with_pieces(
-    order: np.ndarray, leaf_size: int, first: np.ndarray, last: np.ndarray, right: np.ndarray, pieces: np.ndarray
-) -> Tree:
+def _with_pieces(order: np.ndarray, leaf_size: int, first: np.ndarray, right: np.ndarray, pieces: np.ndarray) -> Tree:
     # The same tree with leaf l cut into 2^pieces[l] leaves.
     begin = np.concatenate([[0], np.cumsum(1 << pieces)])
     start = np.empty(begin[-1] + 1, np.int64)
     made = np.zeros((3, 2 * begin[-1] - 1), np.int64)
-    _renumber(len(order), leaf_size, first, last, right, pieces, begin, start, *made)
+    _renumber(len(order), leaf_size, first, right, pieces, begin, start, *made)
     return Tree(order, start, *made)
 
 
 @njit(**ENTRY)
-def _renumber(count, leaf_size, first, last, right, pieces, begin, start, new_first, new_last, new_right):
+def _renumber(count, leaf_size, first, right, pieces, begin, start, new_first, new_last, new_right):
     for leaf in range(len(pieces)):
         low, parts = leaf * leaf_size, 1 << pieces[leaf]
         size = min(low + leaf_size, count) - low

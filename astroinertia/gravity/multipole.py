@@ -20,7 +20,7 @@ from astroinertia.gravity.near_leaves import near_leaves
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.sph.kernels import KERNELS
 
-__all__ = ["gravity", "sampled_error", "tree"]
+__all__ = ["gravity", "tree"]
 
 OPENING = 0.9  # no expansion where (r_A + r_B)/d is larger
 FIRST_OPENING = 0.5  # the same where no accelerations are known yet
@@ -122,26 +122,6 @@ def settings(accuracy: float, order: int | None = None) -> tuple[int, float]:
     k = min(max(int(np.searchsorted(errors, wanted)), 1), len(errors) - 1)
     slope = (tolerances[k] - tolerances[k - 1]) / (errors[k] - errors[k - 1])
     return order, math.exp(tolerances[k] + slope * (wanted - errors[k]))
-
-
-def sampled_error(
-    mass: Any, position: Any, smoothing_length: Any, kernel: str, acceleration: Any, potential: Any, sample: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """|da|/|a| and |dphi/phi| of the particles `sample` (S,) against sums over all pairs in float64, each (S,)."""
-    chosen, mass, position = KERNELS[kernel], np.asarray(mass), np.asarray(position)
-    inverse_h = 1.0 / np.asarray(smoothing_length)
-    errors = np.empty((2, len(sample)))
-    for n, i in enumerate(sample):
-        apart = position - position[i]
-        r = np.sqrt(np.einsum("ij,ij->i", apart, apart))
-        dphi = [chosen.dphi(np, r * ih) * ih**2 for ih in (inverse_h, inverse_h[i])]
-        phi = [chosen.phi(np, r * ih) * ih for ih in (inverse_h, inverse_h[i])]
-        force = (mass * 0.5 * (dphi[0] + dphi[1]) / np.where(r > 0.0, r, 1.0)) @ apart
-        depth = mass @ (0.5 * (phi[0] + phi[1]))
-        difference = np.asarray(acceleration)[i] - force
-        errors[0, n] = np.linalg.norm(difference) / np.linalg.norm(force)
-        errors[1, n] = abs(potential[i] / depth - 1.0)
-    return errors[0], errors[1]
 
 
 class _Particles:

@@ -204,9 +204,9 @@ def room_for(levels, nodes, width, leaf_size):
 
 
 @njit(**PART)
-def descend_from(start, only_top, seeds, seed_local, first, last, child, levels, parent_of, where_is, about, moments,
-                 x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit,
-                 leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources):  # fmt: skip
+def descend_from(start, only_top, seeds, seed_local, first, last, child, parent_of, where_is, about, moments, x, y,
+                 z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit, potential_unit, leaf_size,
+                 saved, saved_end, saved_local, task_of, room, handed, sources):  # fmt: skip
     """From the node `start`, which was given the candidates `seeds` and its parent's coefficients, to the leaves below.
 
     With only_top, tasks are not entered: what they are given is saved.
@@ -293,7 +293,7 @@ def descend(counter, only_top, task, seeds, seed_begin, seed_end, seed_local, fi
         if t >= len(task):
             break
         saved, handed, sources = descend_from(
-            task[t], only_top, seeds[seed_begin[t] : seed_end[t]], seed_local[t], first, last, child, levels, parent_of,
+            task[t], only_top, seeds[seed_begin[t] : seed_end[t]], seed_local[t], first, last, child, parent_of,
             where_is, about, moments, x, y, z, m, clamp, order, theta, tolerance, acceleration, potential, force_unit,
             potential_unit, leaf_size, saved, saved_end, saved_local, task_of, room, handed, sources
         )  # fmt: skip

@@ -10,6 +10,7 @@ import pytest
 
 from astroinertia.engines import numba_cache, numba_cpu, tree
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.numba_modules import neighbour_pass
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from astroinertia.sph.kernels import KERNELS
@@ -365,8 +366,8 @@ def test_leaves_loosen_as_particles_mix_but_not_as_a_body_shrinks():
 
 
 def test_a_term_leaves_no_trace_where_it_is_not_listed(reference):
-    with_push = Engine().source(KERNEL, NEIGHBOUR_TERMS, virial=True)
-    without = Engine().source(KERNEL, (SHEAR,))
+    with_push = neighbour_pass(KERNEL, NEIGHBOUR_TERMS, "float64", True).module
+    without = neighbour_pass(KERNEL, (SHEAR,), "float64", False).module
     assert hasattr(with_push, "neighbour_pass_lone_push_shear_unlimited") and hasattr(without, "neighbour_pass_shear")
     assert "push" in Path(str(with_push.__file__)).read_text() and "helper" in vars(with_push)
     assert "push" not in Path(str(without.__file__)).read_text() and "helper" not in vars(without)
