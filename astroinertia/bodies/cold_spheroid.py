@@ -21,10 +21,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.special import hyp2f1
 
-from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _ROUND = 0.5  # |c/a - 1| below which the closed forms of the symbols lose digits and series are used
 _RELATIVE = 3e-14  # error allowed in a step

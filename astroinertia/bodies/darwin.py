@@ -21,9 +21,9 @@ import numpy as np
 
 from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _COMPLEX_STEP = 1e-40
 _WIDEST = 1e4  # d/(2a) beyond which the two are spheres to single precision

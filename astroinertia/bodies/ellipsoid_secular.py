@@ -35,9 +35,9 @@ from astroinertia.bodies.ellipsoid_stability import (
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.maclaurin import MaclaurinSpheroid
 from astroinertia.bodies.riemann import TURN
-from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _MOST_STEPS, _SETTLED, _RUNAWAY = 200, 2e-15, 1e3  # of the iteration for the bars with radiation
 _AT_REST = 1e-12  # of the rates, in (pi G rho)^(1/2): below it a figure turns rigidly, or does not turn

@@ -28,8 +28,8 @@ from astroinertia.bodies.ellipsoid_gravity import index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
 from astroinertia.bodies.riemann import TURN, RiemannEllipsoid
 from astroinertia.bodies.roche import RocheEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _SPHERE_ENERGY = -4.0  # W/(M R^2/5) of the sphere for pi G rho = 1
 _BALANCED = 1e-9  # share of the forces that may be left over in a figure that counts as steady

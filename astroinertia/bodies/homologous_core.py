@@ -23,9 +23,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import hermite
-from astroinertia.bodies.roots import bisected
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import bisected
 
 GAMMA = 4.0 / 3.0
 _SERIES_END = 0.04  # x up to which four terms of the series at the centre are exact to round-off
@@ -292,12 +292,8 @@ class HomologousCore:
             return (1 - time / end) ** (2 / 3)
         # a = cos^2 u; from the end on, v = pi/2 - u: v - sin(v) cos(v) = (pi/2) (1 - t/t_0)
         left = math.pi / 2 * (1 - time / end)
-        low, high = np.zeros_like(left), np.full_like(left, math.pi / 2)
-        for _ in range(_BISECTIONS):
-            v = 0.5 * (low + high)
-            before = v - np.sin(v) * np.cos(v) < left
-            low, high = np.where(before, v, low), np.where(before, high, v)
-        return np.sin(0.5 * (low + high)) ** 2
+        ends = np.zeros_like(left), np.full_like(left, math.pi / 2)
+        return np.sin(bisected(lambda v: v - np.sin(v) * np.cos(v) < left, *ends, _BISECTIONS)) ** 2
 
     def time_of(self, scale_factor) -> np.ndarray:
         """When a has come down to values in (0, 1]; ValueError for others, or without collapse."""

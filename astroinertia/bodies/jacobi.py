@@ -16,8 +16,8 @@ import numpy as np
 
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _LOG_THINNEST = math.log(1e-12)  # ln(b/a) of the needle up to which figures are looked for
 

@@ -17,8 +17,8 @@ from typing import Literal
 
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _LOG_LEAST, _LOG_MOST = -300.0, 60.0  # ln l of the roots that are looked for: T/|W| of 1e-261, and 1/2 - 1e-26
 

@@ -17,9 +17,9 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from astroinertia.bodies.roots import bisected
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.bodies.scf import Field
+from astroinertia.process.roots import bisected
 
 _RINGS = 65  # distances from the axis at which the law is tabulated, crowded at the axis and at the edge
 _HEIGHTS = 24  # Gauss-Legendre points along each line parallel to the axis

@@ -13,10 +13,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from astroinertia.bodies.roots import bisected
 from astroinertia.errors import NumericalError
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import bisected
 
 _SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
 HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)

@@ -24,8 +24,8 @@ import numpy as np
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral, index_symbols
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _THINNEST = 1e-8  # b/a and c/a of the needles up to which figures are looked for
 _FLATTEST = 0.1  # (c/a)/(b/a), which is at least 0.303, from which on figures are looked for

@@ -27,8 +27,8 @@ import numpy as np
 from astroinertia.bodies import jacobi, maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
-from astroinertia.bodies.roots import root_between
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _COMPLEX_STEP = 1e-40  # exact derivatives: nothing is subtracted
 _THINNEST = 1e-6  # c/a of the needles up to which figures are looked for

@@ -17,6 +17,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import bisected
 
 
 class BarotropicLaw(Protocol):
@@ -149,12 +150,8 @@ class CondensedLaw:
         value = np.asarray(value, dtype=float)
         if np.any(value > function(np.asarray(self.largest_density))):
             raise ValueError(f"the pressure is beyond that of the largest density {self.largest_density:g} of the law")
-        low, high = np.full_like(value, self.zero_density), np.full_like(value, self.largest_density)
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            below = function(middle) < value
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return 0.5 * (low + high)
+        ends = np.full_like(value, self.zero_density), np.full_like(value, self.largest_density)
+        return bisected(lambda density: function(density) < value, *ends, 60)
 
     def density(self, enthalpy) -> np.ndarray:
         """Density at an enthalpy."""

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from astroinertia.bodies.roots import root_between
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 Array = Any
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 from scipy.interpolate import RectBivariateSpline
 
-from astroinertia.bodies.roots import bisected
 from astroinertia.bodies.rotating_star import RotatingStar
+from astroinertia.process.roots import bisected
 from astroinertia.sph.placement import isotropised
 
 _DIRECTIONS, _STEPS, _FRACTIONS = 129, 513, 513  # of the tables of the map: its masses are right to 1e-5

@@ -4,9 +4,9 @@ import math
 
 from astroinertia.bodies import neutron_star_fits as fits
 from astroinertia.bodies.neutron_stars import maximum_mass, star, star_of_mass
-from astroinertia.bodies.roots import root_between
 from astroinertia.bodies.tov import structure
 from astroinertia.matter.compact_stars import constant_density, energy_polytrope, polytrope, read2009
+from astroinertia.process.roots import root_between
 from astroinertia.verify.comparison import Quantities
 
 _CONSTANT = 100.0  # K in P = K rho0^2, G = c = Msun = 1
