@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import root
 
 from astroinertia.bodies import planets
 from astroinertia.bodies.figures import RotatingFigure, figure_of_barotropes
@@ -24,11 +25,10 @@ from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 CORE_FRACTION = 0.15  # of the mean radius: the compact cores of three-layer models (Nettelmann et al. 2012, 2013)
-_TOLERANCE = 1e-10
-_ITERATIONS = 40
-_DIFFERENCE = 1e-5
+# Of Powell's hybrid method for n and ln(K/K_core): tolerance, square of the difference that slopes are taken by,
+# and the first step, of their size: further away there may be no figure at all.
+_SEARCH = {"xtol": 1e-10, "eps": 1e-10, "factor": 0.1}
 _ROUND_OFF = 1e-12
-_LARGEST_STEP = np.array([0.1, 0.8])  # of n and ln(K/K_core): further away there may be no figure at all
 
 
 @with_quantities(zonal_harmonics=None, uncertainties=None)
@@ -118,21 +118,11 @@ def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> G
     def misfit(parameters):
         return figure(parameters).zonal_harmonics[:2] / measured - 1
 
-    parameters = np.array([1.0, 0.0])
-    for free in (1, 2):  # the index alone first
-        now = misfit(parameters)[:free]
-        slopes = np.array([misfit(parameters + _DIFFERENCE * unit)[:free] - now for unit in np.eye(2)[:free]]).T
-        slopes /= _DIFFERENCE
-        for _ in range(_ITERATIONS):
-            if np.abs(now).max() < _TOLERANCE:
-                break
-            step = np.linalg.solve(slopes, -now)
-            step /= max(1.0, float(np.abs(step / _LARGEST_STEP[:free]).max()))
-            parameters[:free] += step
-            before, now = now, misfit(parameters)[:free]
-            slopes += np.outer(now - before - slopes @ step, step) / (step @ step)
-        else:
-            raise NumericalError(f"no composite polytrope with a core of {core_fraction:g} R fits {field.name}")
+    index = root(lambda index: misfit([*index, 0.0])[:1], [1.0], options=_SEARCH).x  # the index alone first
+    found = root(misfit, [*index, 0.0], options=_SEARCH)
+    if not found.success:
+        raise NumericalError(f"no composite polytrope with a core of {core_fraction:g} R fits {field.name}")
+    parameters = found.x
     shape = figure(parameters)
     mean_radius = field.equatorial_radius * shape.mean_radius / shape.equatorial_radius
     mass = field.gravitational_parameter / GRAVITATIONAL_CONSTANT
