@@ -7,15 +7,18 @@ from pathlib import Path
 _PACKAGE = Path(__file__).resolve().parent.parent
 
 
-def data_path(name: str) -> Path:
-    """Return the path of the data file `name`; FileNotFoundError where there is none of that name.
+def shipped(folder: str) -> Path:
+    """The folder `data` or `sims`: in an installed package beside the code, in a checkout at the top."""
+    beside = _PACKAGE / folder
+    return beside if beside.is_dir() else _PACKAGE.parent / folder
 
-    It lies in a checkout at the top, in an installed package beside the code.
-    """
-    for folder in (_PACKAGE / "data", _PACKAGE.parent / "data"):
-        if (folder / name).is_file():
-            return folder / name
-    raise FileNotFoundError(f"there is no data file {name!r} in this installation")
+
+def data_path(name: str) -> Path:
+    """Return the path of the data file `name`; FileNotFoundError where there is none of that name."""
+    path = shipped("data") / name
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no data file {name!r} in this installation")
+    return path
 
 
 def data_rows(name: str) -> tuple[dict[str, str], ...]:
