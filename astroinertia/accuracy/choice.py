@@ -15,12 +15,12 @@ from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.accuracy.selected_observables import default_names, parsed
-from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.costs import reference
 from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.renamed import renamed_keyword
+from astroinertia.process.words import duration
 from astroinertia.scene.schema import Scene
 
 DEFAULT_MINUTES = 60.0

@@ -20,9 +20,9 @@ from astroinertia.accuracy.estimates import Estimate
 from astroinertia.accuracy.knobs import Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
-from astroinertia.accuracy.words import duration
 from astroinertia.costs import reference
 from astroinertia.costs.evaluations import Counts
+from astroinertia.process.words import duration
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 

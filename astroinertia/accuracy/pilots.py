@@ -17,10 +17,10 @@ from astroinertia.accuracy.estimates import Estimate, estimate, worst
 from astroinertia.accuracy.knobs import Setting, Value
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
-from astroinertia.accuracy.words import duration
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
+from astroinertia.process.words import duration
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 

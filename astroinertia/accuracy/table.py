@@ -16,10 +16,10 @@ from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_MENTIONED
 from astroinertia.accuracy.tradeoff import Table
-from astroinertia.accuracy.words import duration
 from astroinertia.costs.machine import described
 from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
+from astroinertia.process.words import duration
 from astroinertia.scene import load
 from astroinertia.storage.atomic import write_whole
 

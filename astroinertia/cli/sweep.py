@@ -130,6 +130,7 @@ def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
 
     from astroinertia.costs import plan_lines
     from astroinertia.errors import SceneError
+    from astroinertia.process.words import duration, size
     from astroinertia.scene.plan import Line, plan
     from astroinertia.scene.sweep import member
     from astroinertia.sweeps import ensemble
@@ -161,11 +162,9 @@ def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
             max(cost.wall_time - cost.evolution.wall for cost in costs),
         )
         workers = ensemble.usual_workers(all_costs)
-        beside = f"{plan_lines.seconds(start + work / workers)} by {workers} workers, " if workers > 1 else ""
-        lines.append(
-            Line("time of all", f"{beside}{plan_lines.seconds(start + work)} one after another", "when none fails")
-        )
-        lines.append(Line("files of all", plan_lines.size(sum(cost.files for cost in costs)), "in the sweep's folder"))
+        beside = f"{duration(start + work / workers)} by {workers} workers, " if workers > 1 else ""
+        lines.append(Line("time of all", f"{beside}{duration(start + work)} one after another", "when none fails"))
+        lines.append(Line("files of all", size(sum(cost.files for cost in costs)), "in the sweep's folder"))
     whole = plan(scene)
     sections = {
         "sweep": tuple(lines),

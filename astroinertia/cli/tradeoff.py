@@ -46,7 +46,7 @@ def carry_out(scene: "Scene", options: Options, listener: Callable[["Standing"],
 def _rows(outcome) -> list[str]:
     """The settings on the front of the first observable, from the cheapest."""
     from astroinertia.accuracy.analysis import analysed
-    from astroinertia.accuracy.words import duration
+    from astroinertia.process.words import duration
 
     judged = analysed(outcome).judged
     heads = "".join(f"{judgement.observable.name:>24}" for judgement in judged)

@@ -7,6 +7,7 @@ from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
 from astroinertia.costs.processes import NETWORK
+from astroinertia.process.words import duration, size
 from astroinertia.scene.plan import Line
 from astroinertia.scene.schema import Scene
 
@@ -27,7 +28,7 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     )
     estimated = not cost.steps_by.startswith(PILOT) and scene.model == "sph"
     by = f"{cost.steps_by}; --pilot counts them" if estimated and cost.wall_time > LONG else cost.steps_by
-    section = [Line("wall time", seconds(cost.wall_time), machine)]
+    section = [Line("wall time", duration(cost.wall_time), machine)]
     if cost.steps:
         section.append(Line("steps", f"about {cost.steps:.3g}", by))
     if cost.received:
@@ -39,7 +40,7 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     whole = max(cost.wall_time, 1e-300)
     for name, part in cost.parts.items():
         if name in PREPARATION:
-            section.append(Line(name, seconds(part.wall), f"{part.wall / whole:.0%} of the time"))
+            section.append(Line(name, duration(part.wall), f"{part.wall / whole:.0%} of the time"))
     shares = {name: part.wall / whole for name, part in cost.parts.items() if name not in PREPARATION}
     spent = [f"{name.removeprefix(STEP)} {share:.0%}" for name, share in shares.items() if share >= SMALL]
     if spent:
@@ -64,7 +65,7 @@ def of_error_bars(main: Scene, runs: Mapping[str, tuple[Scene, Prediction | None
         if few(scene) not in compiled:
             taken += cost.compiling.wall
             compiled.add(few(scene))
-    return Line("error bars", f"{seconds(taken)} more", why)
+    return Line("error bars", f"{duration(taken)} more", why)
 
 
 def of_pilots(price: str) -> Line:
@@ -78,18 +79,3 @@ def _unknown(scene: Scene) -> str:
     if scene.particles is None:
         return "how many steps the particles of a table take is not estimated"
     return "nothing is known of its flow; --pilot counts its steps"
-
-
-def seconds(value: float) -> str:
-    """A duration in words."""
-    if value < 120.0:
-        return f"{value:.2g} s"
-    return f"{value / 60.0:.2g} min" if value < 7200.0 else f"{value / 3600.0:.2g} h"
-
-
-def size(value: float) -> str:
-    """A number of bytes in words."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6)):
-        if value >= scale:
-            return f"{value / scale:.2g} {unit}"
-    return f"{value / 1e3:.2g} kB"

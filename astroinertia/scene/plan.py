@@ -9,6 +9,7 @@ from typing import Any
 from astroinertia.effects.entries import Entry
 from astroinertia.engines.few import FEW
 from astroinertia.observables.own import quantity_of
+from astroinertia.process.words import duration
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
 from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material
@@ -338,14 +339,10 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
     verdict = "as asked for"
     if gravity["method"] == "auto":
         verdict = f"cheaper with {particles} particles"
-    direct, multipole = _seconds(cost["direct"]), _seconds(cost["multipole"])
+    direct, multipole = duration(cost["direct"]), duration(cost["multipole"])
     value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
     why = f"{verdict}: direct sums take about {direct} a step on two cores, multipoles {multipole}"
     return (Line("gravity", value, why),)
-
-
-def _seconds(value: float) -> str:
-    return f"{value:.2g} s" if value >= 1.0 else f"{1e3 * value:.2g} ms"
 
 
 SPLITTING = {

@@ -24,7 +24,7 @@ from astroinertia.accuracy.exact import exact
 from astroinertia.accuracy.knobs import knobs
 from astroinertia.accuracy.pilots import Pilots
 from astroinertia.accuracy.selected_observables import default_names, parsed, relative_error
-from astroinertia.accuracy.words import duration
+from astroinertia.process.words import duration
 from astroinertia.storage.cache import content_key
 from tests.delivered_scenes import asked
 

@@ -26,11 +26,11 @@ from astroinertia.accuracy import convergence, measuring
 from astroinertia.accuracy.knobs import MODEL, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import parsed
-from astroinertia.accuracy.words import duration
 from astroinertia.build.assemble import prepare
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.spheres import sphere
 from astroinertia.plots import style
+from astroinertia.process.words import duration
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene

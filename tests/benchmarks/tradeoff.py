@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script: the tests
 from astroinertia.accuracy import table
 from astroinertia.accuracy.analysis import analysed
 from astroinertia.accuracy.tradeoff import carry_out
-from astroinertia.accuracy.words import duration
 from astroinertia.plots import style
 from astroinertia.plots.tradeoff import tradeoff_figure
+from astroinertia.process.words import duration
 from tests.tradeoff_scenes import CASES
 
 HEAD = ["scene", "observable", "settings", "error at the base", "time", "knob", "its error", "order", "theory",

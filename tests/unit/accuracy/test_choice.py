@@ -18,13 +18,13 @@ from astroinertia.accuracy.analysis import reference_of
 from astroinertia.accuracy.exact import exact
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import default_names, parsed
-from astroinertia.accuracy.words import duration
 from astroinertia.cli.calibrate import with_cost
 from astroinertia.cli.main import main
 from astroinertia.costs.machine import current
 from astroinertia.costs.prediction import predict
 from astroinertia.errors import SceneError
 from astroinertia.models.rigid.splitting import COMPOSITIONS
+from astroinertia.process.words import duration
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
 from tests.delivered_scenes import ELLIPSOID

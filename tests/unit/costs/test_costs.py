@@ -20,6 +20,7 @@ from astroinertia.costs.piloted import Pilot
 from astroinertia.costs.prediction import predict
 from astroinertia.effects.catalogue import CATALOGUE, build
 from astroinertia.process.stopwatch import Seconds, total
+from astroinertia.process.words import duration
 from astroinertia.scene import load
 from tests.sims import single_scenes
 
@@ -193,13 +194,13 @@ def test_companion_runs_compile_what_the_run_itself_does_not():
 
         line = plan_lines.of_error_bars(scene, {str(k): (one, cost(one)) for k, one in enumerate(companions)})
         taken = math.fsum(cost(one).again.wall for one in companions)
-        return line.value, f"{plan_lines.seconds(taken)} more", [cost(one).compiling.wall for one in companions], taken
+        return line.value, f"{duration(taken)} more", [cost(one).compiling.wall for one in companions], taken
 
     few, many = (load.loads(STAR, (f"body.particles={count}",)) for count in (500, 5000))
     value, without, *_ = of(few, few, few)
     assert value == without
     value, _, compiling, taken = of(many, few, few, many)
-    assert value == f"{plan_lines.seconds(taken + compiling[0])} more"
+    assert value == f"{duration(taken + compiling[0])} more"
     top = load.load_file(next(path for path in SIMS if path.stem == "tennis_racket"))
     value, without, compiling, _ = of(top, top)
     assert value == without and compiling[0] > 1.0

@@ -1,0 +1,35 @@
+"""How numbers are said."""
+
+import math
+
+_MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
+
+
+def duration(seconds: float) -> str:
+    """A length of time as it is said.
+
+    >>> print(duration(7200.0), duration(0.0123))
+    2 h 12 ms
+    """
+    if not math.isfinite(seconds):
+        return "an unknown time"
+    for length, unit in ((_DAY, "d"), (_HOUR, "h"), (_MINUTE, "min"), (1.0, "s")):
+        if seconds >= length:
+            return _said(seconds / length, unit)
+    return _said(1e3 * seconds, "ms")
+
+
+def size(number: float) -> str:
+    """A number of bytes as it is said.
+
+    >>> print(size(2.5e6), size(1.4e11))
+    2.5 MB 140 GB
+    """
+    for scale, unit in ((1e9, "GB"), (1e6, "MB")):
+        if number >= scale:
+            return _said(number / scale, unit)
+    return _said(number / 1e3, "kB")
+
+
+def _said(number: float, unit: str) -> str:
+    return f"{number:.2g} {unit}" if number < 99.5 else f"{number:.0f} {unit}"
