@@ -44,8 +44,8 @@ from astroinertia.cli.parser import Add, Command, Options, add_scene, add_settin
 from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
+from astroinertia.process.cache_directory import cache_directory
 from astroinertia.run.meter import Meter, Voice, preparing
-from astroinertia.storage.cache import cache_directory
 
 if TYPE_CHECKING:
     from astroinertia.accuracy.tradeoff import Standing

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import ArchiveError
+from astroinertia.process.cache_directory import cache_directory
 from astroinertia.process.stopwatch import Seconds
 from astroinertia.storage.atomic import write_json
-from astroinertia.storage.cache import cache_directory
 
 FORMAT = 3  # raise it when a cost changes its meaning
 FILE = "machine.json"

@@ -9,7 +9,7 @@ import difflib
 import importlib
 import re
 from collections.abc import Callable, Mapping
-from importlib.resources import files
+from pathlib import Path
 
 from astroinertia.errors import SceneError
 
@@ -53,7 +53,7 @@ def page(topic: str) -> str:
         raise SceneError(f"'{topic:.40}' is no topic of the guide; {_nearest(topic)}.")
     if topic in WRITTEN_WHEN_READ:
         return importlib.import_module(WRITTEN_WHEN_READ[topic]).text()
-    return (files("astroinertia.guide") / f"{topic}.md").read_text(encoding="utf-8")
+    return Path(__file__).with_name(f"{topic}.md").read_text(encoding="utf-8")
 
 
 def readable(topic: str) -> str:

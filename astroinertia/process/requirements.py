@@ -1,7 +1,6 @@
 """Whether the packages that this one stands on are of versions that it works with, as its own metadata has them."""
 
 from functools import cache
-from importlib.metadata import PackageNotFoundError, requires, version
 
 from astroinertia.errors import InstallationError
 
@@ -13,6 +12,8 @@ def check() -> None:
     The one list is `dependencies` in pyproject.toml, which an installed package knows. A checkout that is imported
     without having been installed knows none, and is not checked. Tests: tests/unit/process/test_requirements.py.
     """
+    from importlib.metadata import PackageNotFoundError, requires, version
+
     from packaging.requirements import Requirement
 
     try:

@@ -12,14 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.process import interrupts
-
-
-def cache_directory() -> Path:
-    """Return where cached arrays live: $ASTROINERTIA_CACHE, else astroinertia under $XDG_CACHE_HOME or ~/.cache."""
-    own = os.environ.get("ASTROINERTIA_CACHE")
-    if own:
-        return Path(own)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "astroinertia"
+from astroinertia.process.cache_directory import cache_directory
 
 
 def content_key(**content: Any) -> str:

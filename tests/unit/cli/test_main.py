@@ -251,6 +251,12 @@ def test_a_command_imports_only_what_it_uses(command, tmp_path):
     assert set((tmp_path / "loaded").read_text().split()) <= needed
 
 
+def test_help_does_not_wait_for_numpy():
+    program = "import sys, astroinertia.cli.main; sys.exit('numpy' in sys.modules)"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    assert subprocess.run([sys.executable, "-c", program], env=environment).returncode == 0
+
+
 def test_no_cycles_of_objects_are_looked_for_at_the_end_of_the_process(tmp_path):
     program = (
         "import gc; from astroinertia.__main__ import main; main();open('kept', 'w').write(str(gc.get_freeze_count()))"
