@@ -85,7 +85,7 @@ def audited(scene: Scene) -> Audit:
     return Audit(shares, *common, counts["program"], tuple(counts["generated"]))
 
 
-def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None] = lambda _: None) -> Audit:
+def with_costs(audit: Audit, scene: Scene, tell: Callable[[str], None]) -> Audit:
     """The audit of a scene of particles with what a step takes, and what it takes less without each effect.
 
     Effects that others are there for, such as the pressure that viscosity goes with, are left out together with them:

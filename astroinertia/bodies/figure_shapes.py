@@ -32,6 +32,7 @@ from astroinertia.bodies.scf_mesh import even_legendre
 from astroinertia.errors import NumericalError
 
 _NEWTON_STEPS = 12
+_HISTORY = 20  # earlier sweeps that Anderson's acceleration mixes in
 _SHAPE_TOLERANCE = 2e-15
 _NO_EQUILIBRIUM = "no figure of equilibrium was found: the body turns too fast, or its shape is beyond the expansion"
 
@@ -183,10 +184,10 @@ def radii_at(field: Field, nodes: slice, level: np.ndarray, mu: float, small_m: 
 
 
 def fixed_point(
-    sweep: Callable[[np.ndarray], np.ndarray], start: np.ndarray, tolerance: float, most: int, depth: int = 20
+    sweep: Callable[[np.ndarray], np.ndarray], start: np.ndarray, tolerance: float, most: int
 ) -> tuple[np.ndarray, int]:
     """Return z = sweep(z) and the sweeps taken, by Anderson's acceleration; NumericalError after `most` sweeps."""
-    z, mixed = start, Anderson(depth)
+    z, mixed = start, Anderson(_HISTORY)
     for sweeps in range(1, most + 1):
         image = sweep(z)
         change = np.abs(image - z).max()

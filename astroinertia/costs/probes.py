@@ -262,11 +262,11 @@ def _go_to(body: Any, until: float) -> None:
         body.advance(until)
 
 
-def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
+def _recorded(body: Any, until: float) -> Seconds:
     """Of one record of many, and of coming to it: in no time at all."""
     times = []
     _go_to(body, until)
-    for number in range(count):
+    for number in range(10):
         begin = now()
         body.advance(until * (1.0 + 1e-9 * (number + 1)))
         body.record(0.0)
@@ -274,11 +274,11 @@ def _recorded(body: Any, until: float, count: int = 10) -> Seconds:
     return middle(times)
 
 
-def _recorded_at_once(body: Any, until: float, count: int = 200) -> Seconds:
+def _recorded_at_once(body: Any, until: float) -> Seconds:
     """The same of a body that goes through many outputs in one call."""
     _go_to(body, until)
     begin = now()
-    rows = body.through([until * (1.0 + 1e-9 * (number + 1)) for number in range(count)], 0.0, math.inf)
+    rows = body.through([until * (1.0 + 1e-9 * (number + 1)) for number in range(200)], 0.0, math.inf)
     return since(begin) * (1.0 / len(rows))
 
 

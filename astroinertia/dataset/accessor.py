@@ -465,7 +465,7 @@ class InertiaAccessor:
     def plot_profiles(self, **options: Any) -> Any:
         """Density, rotation and specific angular momentum against radius, at several times."""
 
-    def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
+    def _drawn(self, start: Any, end: Any, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
         """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
         parts = {"dataset": self._between(self.dataset, low, high)}

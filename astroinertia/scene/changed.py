@@ -44,7 +44,7 @@ def going_on(scene: Scene, settings: Sequence[str]) -> Scene:
     return changed
 
 
-def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any] = ()) -> Scene:
+def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any]) -> Scene:
     """The scene of a branch of a run, with settings put in and effects or observables of the user's own besides.
 
     things: those, and what of them the run was given; effects that it was given may have other options now. SceneError

@@ -4,7 +4,6 @@ Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import importlib.util
-import math
 import re
 import time as clock
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,7 @@ _SECONDS_TO_ANSWER = 10.0
 _SECONDS_BETWEEN_LOOKS = 0.5  # at the clock and at what signals ask for
 
 
-def by_cluster(tasks: Sequence[Task], address: str, deadline: float = math.inf) -> Iterator[Outcome]:
+def by_cluster(tasks: Sequence[Task], address: str, deadline: float) -> Iterator[Outcome]:
     """Run members on the cluster at an address; outcomes as they come.
 
     When the iterator is closed, the sweep's session is over, by which members under way see that they are to be saved.

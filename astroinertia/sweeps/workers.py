@@ -31,7 +31,7 @@ _SECONDS_BETWEEN_LOOKS = 0.2  # at the clock and at what signals ask for
 _STOP = None
 
 
-def side_by_side(tasks: Sequence[Task], workers: int, deadline: float = math.inf) -> Iterator[Outcome]:
+def side_by_side(tasks: Sequence[Task], workers: int, deadline: float) -> Iterator[Outcome]:
     """Run members in so many processes of this machine; outcomes as they come.
 
     A worker that is killed is replaced, and what it ran is gone on with. When the iterator is closed, workers are gone,

@@ -84,7 +84,7 @@ class Section:
         return all(comparison.verdict is Verdict.AGREES for comparison in self.comparisons)
 
 
-def compare_sections(names: Sequence[str], begin: Callable[[str], None] = lambda _: None) -> Iterator[Section]:
+def compare_sections(names: Sequence[str], begin: Callable[[str], None]) -> Iterator[Section]:
     """The sections in this order, each as soon as it is there; those of BESIDE last, by a second process meanwhile.
 
     begin: hears the title of each before it is computed, or waited for.

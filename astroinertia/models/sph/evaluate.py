@@ -163,14 +163,12 @@ def pair_sums(problem: Problem, arrangement: Arrangement, fluid: Fluid, before: 
 
 
 def distant_sums(
-    problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool = False,
-    fields: dict[str, Array] | None = None,
-) -> Sums:  # fmt: skip
+    problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool, fields: dict[str, Array]
+) -> Sums:
     """The part of `pair_sums` that is not over neighbours: over all pairs, and what effects sum for themselves."""
     engine = problem.engine
     sums: Sums = {}
     if terms := problem.terms("all_pair_terms"):
-        fields = pair_fields(problem, fluid) if fields is None else fields
         add_sums(sums, engine.all_pair_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
     for effect in problem.effects:
         own, previous = arrangement.own.get(effect.kind), before.get(effect.kind, {})

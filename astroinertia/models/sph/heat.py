@@ -78,7 +78,7 @@ def entropy_gain(xp: Any, per_heat: Array, by_pairs: Sequence[Array | None], mor
 
 
 def after_heat(
-    xp: Any, heat: Heat, mass: Array, entropy: Array, density: Array, matter: Any = None
+    xp: Any, heat: Heat, mass: Array, entropy: Array, density: Array, matter: Any | None
 ) -> tuple[Array, list[Array]]:
     """Entropies after a kick, (n,), and the energy that each effect has brought, scalars.
 

@@ -63,7 +63,7 @@ def drift(xp: Any, state: State, dt: Array, counted: Array | None = None, whole:
     return carried_on(xp, state, dt, counted, whole)
 
 
-def carried_on(xp: Any, state: State, dt: Array, counted: Array | None = None, whole: Whole | None = None) -> State:
+def carried_on(xp: Any, state: State, dt: Array, counted: Array | None, whole: Whole | None) -> State:
     """Particles dt later, with what rounding did to their places entered into ledgers that have drifted already.
 
     counted: the masses (N,) that are entered, without it all of them; whole: the body afterwards, where these particles

@@ -77,12 +77,12 @@ def total_acceleration(xp: Any, rates: Rates, velocity: Array) -> Array:
     return total
 
 
-def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array, factor: Array | float = 1.0) -> Array:
+def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array, factor: Array | float) -> Array:
     """factor sqrt(h/|a|) of each particle, (N,), from (N,) and (N, 3): Monaghan (1989, J. Comput. Phys. 82, 1)."""
     return elementwise(xp, crossing, smoothing_length, acceleration, factor)[0]
 
 
-def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array, factor: Array | float = 1.0) -> Array:
+def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array, factor: Array | float) -> Array:
     """(u + h|a|)/|du/dt| of particles that gain heat, u/|du/dt| of those that lose it, (N,), from (N,) and (N, 3).
 
     h|a| is the specific energy at hand within a smoothing length: cold gas entering a shock may heat by it in a step.

@@ -256,7 +256,7 @@ def _size(state: State) -> float:
 
 
 def _forces(
-    problem: Problem, state: State, centre: np.ndarray, rotation: Rotation | None, infall: float | None = None
+    problem: Problem, state: State, centre: np.ndarray, rotation: Rotation | None, infall: float | None
 ) -> _Forces:
     parts = dict(zip(problem.effect_names, state.rates.acceleration, strict=True))
     gravity = np.asarray(parts.get("gravity", np.zeros_like(state.position)))

@@ -47,8 +47,8 @@ def stale(problem: Problem, arrangement: Arrangement, state: State, dt: Array | 
     return problem.engine.stale(arrangement.pairs, coming_position(problem, state, dt), state.smoothing_length)
 
 
-def coming_position(problem: Problem, state: State, dt: Array | None = None) -> Array:
-    """Where particles will be when a step evaluates the forces, (N, 3); it is of the allowed length unless given."""
+def coming_position(problem: Problem, state: State, dt: Array | None) -> Array:
+    """Where particles will be when a step evaluates the forces, (N, 3); dt: None for the step allowed."""
     if state.rates.fluid is None:
         return state.position
     xp, step = problem.engine.xp, state.rates.timestep if dt is None else dt

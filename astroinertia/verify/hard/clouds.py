@@ -56,9 +56,9 @@ def line(count: int = COUNT) -> np.ndarray:
     return np.stack([x, np.zeros(count), np.zeros(count)], axis=1)
 
 
-def lattice(side: int = 4) -> np.ndarray:
+def lattice() -> np.ndarray:
     """A cubic lattice: many distances are exactly equal."""
-    steps = (np.arange(side) - 0.5 * (side - 1)) / side
+    steps = (np.arange(4) - 1.5) / 4
     return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
@@ -67,6 +67,6 @@ def first(count: int = COUNT) -> np.ndarray:
     return np.arange(count) == 0
 
 
-def every_other(count: int = COUNT) -> np.ndarray:
-    """Every second particle, (count,) bool."""
-    return np.arange(count) % 2 == 1
+def every_other() -> np.ndarray:
+    """Every second particle, (COUNT,) bool."""
+    return np.arange(COUNT) % 2 == 1
