@@ -19,7 +19,6 @@ from astroinertia.build.assemble import prepare
 from astroinertia.costs import reference
 from astroinertia.costs.machine import SHIPPED_MACHINE
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.process.renamed import renamed_keyword
 from astroinertia.process.words import duration
 from astroinertia.scene.schema import Scene
 
@@ -60,7 +59,6 @@ def pilots_beside(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}-pilots")
 
 
-@renamed_keyword("told", "listener")
 def choose(
     scene: Scene, folder: Path, minutes: float = DEFAULT_MINUTES, listener: Listener = lambda text: None
 ) -> Choice:

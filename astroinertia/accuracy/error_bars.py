@@ -13,7 +13,7 @@ of error add up, and what rounding leaves of so many steps is added. Tests: test
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,7 +26,6 @@ from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error, value
 from astroinertia.errors import SceneError
 from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, RECORDED
-from astroinertia.process.renamed import renamed
 
 SUFFIX = "_error"
 HEADLINE = (
@@ -248,10 +247,3 @@ def _rounding(values: np.ndarray, name: str, steps: np.ndarray) -> np.ndarray:
     least = 1.0 if (RECORDED | DERIVED | OF_ATTITUDE)[name].dimension is None else 0.0
     sizes = np.maximum(_size(values), least) * _ROUNDING * np.sqrt(1.0 + steps)
     return np.broadcast_to(_beside(sizes, values), values.shape)
-
-
-def __getattr__(name: str) -> Callable[..., float | None]:
-    if name == "order_told":
-        renamed(__name__, name, "measured_order")
-        return measured_order
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

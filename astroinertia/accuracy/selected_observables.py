@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.observables.quantities import DERIVED, RECORDED, present_name
+from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 
@@ -58,9 +58,6 @@ def parsed(name: str, own: Collection[str] = ()) -> SelectedObservable:
     words = normalized.removeprefix(_OF_SERIES).split()
     if not words:
         raise SceneError("an observable is a variable of the dataset and its labels, such as inertia_tensor z z.")
-    if words[0] not in own:
-        before, words[0] = words[0], present_name(words[0])
-        normalized = normalized.replace(before, words[0], 1)
     if words[0] not in _KNOWN and words[0] not in own:
         near = difflib.get_close_matches(words[0], _KNOWN, 1)
         hint = (

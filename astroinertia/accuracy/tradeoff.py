@@ -18,7 +18,6 @@ from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
-from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.atomic import read_json, write_json
@@ -62,7 +61,6 @@ class Table:
     interrupted: bool = False
 
 
-@renamed_keyword("told", "listener")
 def carry_out(
     scene: Scene,
     folder: Path,

@@ -4,7 +4,6 @@ A model says what it knows of its body (BodyState) and what it has of its own; a
 worked out here, for all models alike. Tests: tests/unit/observables/test_quantities.py.
 """
 
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -168,15 +167,7 @@ OF_ATTITUDE = _PARTS["attitude"]
 """What follows from the attitude of a rigid body, and only of one: dataset.attitude."""
 
 RENAMED = {"flattening": "ellipsoid_flattening", "mean_spin": "mean_angular_velocity"}
-"""Series of before by their names of now: older files have them by both, and commands take both for a release."""
-
-
-def present_name(name: str) -> str:
-    """The name of a series, with a FutureWarning where it has another one now."""
-    if name in RENAMED:
-        warnings.warn(f"the series {name} is now {RENAMED[name]}.", FutureWarning, stacklevel=3)
-    return RENAMED.get(name, name)
-
+"""Series of before by their names of now: older files have them by these."""
 
 LABELS: dict[str, tuple[list, str]] = {
     "i": (["x", "y", "z"], "Cartesian component"),

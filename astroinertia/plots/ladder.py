@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
 from astroinertia.dataset.absent import with_absent
-from astroinertia.observables.quantities import present_name
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 from astroinertia.plots.shown_units import beyond_round_off, written
@@ -105,7 +104,6 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
         raise ValueError("runs in SI and runs without dimension cannot be compared")
     if finest is None:
         finest = max(range(len(datasets)), key=lambda number: fineness(datasets[number]))
-    names = [present_name(name) for name in names]
     comparisons = [_compared(datasets, name, finest) for name in names or USUAL]
     missing = [name for name, one in zip(names, comparisons, strict=False) if one is None]
     if missing:

@@ -17,7 +17,6 @@ from PIL import Image
 from astroinertia.errors import ArchiveError
 from astroinertia.plots import film
 from astroinertia.process import interrupts
-from astroinertia.process.renamed import renamed_keyword
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 
@@ -29,7 +28,6 @@ _COLOURS = 256
 SHORTEST = 20  # milliseconds that a picture of a GIF is shown: viewers slow down what is shorter
 
 
-@renamed_keyword("told", "listener")
 def write_movie(
     dataset: xr.Dataset,
     snapshots: xr.Dataset | None,

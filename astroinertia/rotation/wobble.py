@@ -13,7 +13,6 @@ Sources: Munk & MacDonald 1960, The Rotation of the Earth; Smith & Dahlen 1981, 
 """
 
 import math
-import warnings
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -25,7 +24,6 @@ from astroinertia.bodies.love_numbers import YieldingBody, love_numbers
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.renamed import renamed
 
 Array = Any
 
@@ -45,13 +43,6 @@ _ANELASTIC_SIZE, _ANELASTIC_EXPONENT, _ANELASTIC_REFERENCE = 5.796e-4, 0.15, 200
 # Buffett, Herring & Shapiro 1991, JGR 96, 8243).
 CORE_ELLIPTICITY, CORE_COMPLIANCE, CORE_OWN_COMPLIANCE = 0.0026456, 1.965e-3, 6.160e-4
 _MOST_ITERATIONS = 100
-
-
-def __getattr__(name: str) -> Any:
-    if name == "ELASTIC_LOVE_NUMBER":
-        renamed(__name__, name, "elastic_love_number()")
-        return elastic_love_number()
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 class Share(NamedTuple):
@@ -241,18 +232,15 @@ def _referred(number: float) -> float:
     return float(number) * float(prem().mean_radius / earth.adopted("j2").radius) ** 5
 
 
-@with_quantities()
-def ocean_love_number(love_number: float | None = None) -> float:
+def ocean_love_number() -> float:
     """What oceans in equilibrium with the pole tide add to k2: 0.0450, the mean of 0.0503 about m1 and 0.0398 about m2.
 
-    Their shores are the true ones, and what the Earth yields under them is in it. love_number: without use, and goes.
+    Their shores are the true ones, and what the Earth yields under them is in it.
     Source: Desai 2002; Petit & Luzum 2010, IERS TN 36, (6.24). Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(f"{ocean_love_number():.4f}")
     0.0450
     """
-    if love_number is not None:
-        warnings.warn("ocean_love_number takes no Love number any more", FutureWarning, stacklevel=2)
     earth = body("Earth")
     j2 = earth.adopted("j2")
     per_radian = earth.angular_velocity**2 * j2.radius**3 / earth.gravitational_parameter / math.sqrt(15)

@@ -18,7 +18,6 @@ from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
-from astroinertia.process.renamed import renamed_keyword
 from astroinertia.scene.sweep import Sweep
 from astroinertia.storage.archive import locked
 from astroinertia.storage.atomic import write_whole
@@ -55,7 +54,6 @@ class Carried:
 Listener = Callable[[Standing], None]
 
 
-@renamed_keyword("told", "listener")
 def run_sweep(
     sweep: Sweep,
     folder: Path,
@@ -109,7 +107,6 @@ def run_sweep(
     return Carried(file, failures)
 
 
-@renamed_keyword("told", "listener")
 def resume(
     folder: Path, workers: int = 1, cluster: str | None = None, minutes: float = DEFAULT_MINUTES,
     listener: Listener | None = None, deadline: float = math.inf,

@@ -1,14 +1,9 @@
 """Names and sentences use the field's words: words that a newcomer has to guess occur nowhere."""
 
-import importlib
 import re
-import warnings
 from pathlib import Path
 
 import pytest
-
-from astroinertia.accuracy import error_bars
-from astroinertia.process.renamed import renamed_keyword
 
 ROOT = Path(__file__).parents[2]
 FILES = {
@@ -41,13 +36,8 @@ WORDS = {
     "slip": "relative rotation",
     "slips": "turns relative to it",
 }
-# Names of before that are accepted for one release, by the file that says so.
+# Lines in which such a word means what it says, by their file.
 QUOTED = {
-    "astroinertia/accuracy/choice.py": ['@renamed_keyword("told", "listener")'],
-    "astroinertia/accuracy/tradeoff.py": ['@renamed_keyword("told", "listener")'],
-    "astroinertia/plots/movie.py": ['@renamed_keyword("told", "listener")'],
-    "astroinertia/sweeps/ensemble.py": ['@renamed_keyword("told", "listener")'],
-    "astroinertia/accuracy/error_bars.py": ['if name == "order_told":'],
     # What a body does that rolls without friction enough.
     "astroinertia/inertia/rolling.py": [
         '"""tan(incline) k / (1 + k): the coefficient of static friction below which the body slips.',
@@ -94,28 +84,3 @@ def test_parts_of_names_are_found(text: str) -> None:
 @pytest.mark.parametrize("text", ["notebooks", "textbook", "imparted", "dearth", "handbooks", "warmer"])
 def test_other_words_are_not(text: str) -> None:
     assert not FORBIDDEN.search(text)
-
-
-def test_names_of_before_work_for_one_release_and_warn() -> None:
-    @renamed_keyword("before", "now")
-    def doubled(number: int, now: int = 0) -> int:
-        return 2 * number + now
-
-    assert doubled(1, now=3) == 5
-    with pytest.warns(FutureWarning, match=re.escape("doubled(before=...) is now doubled(now=...).")):
-        assert doubled(1, before=4) == 6
-    with pytest.warns(FutureWarning, match=r"error_bars\.order_told is now .*error_bars\.measured_order"):
-        assert error_bars.order_told is error_bars.measured_order
-    with warnings.catch_warnings(), pytest.raises(AttributeError, match="has no attribute 'order_asked'"):
-        error_bars.__getattr__("order_asked")
-    from astroinertia.matter import compact_stars
-
-    with pytest.warns(FutureWarning, match=r"bodies\.equations_of_state is now astroinertia\.matter\.compact_stars"):
-        moved = importlib.import_module("astroinertia.bodies.equations_of_state")
-    assert moved.read2009 is compact_stars.read2009
-    from astroinertia.bodies.break_up import break_up
-
-    with pytest.warns(FutureWarning, match=r"rotation\.break_up is now astroinertia\.bodies\.break_up"):
-        assert importlib.import_module("astroinertia.rotation.break_up").break_up is break_up
-    with pytest.raises(ImportError):
-        importlib.import_module("astroinertia.bodies.nowhere")

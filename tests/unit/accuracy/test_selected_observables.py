@@ -70,8 +70,3 @@ def test_the_error_of_a_direction_is_an_angle():
     turned = np.array([np.sin(angle), 0.0, np.cos(angle)])
     assert relative_error(turned, np.array([0.0, 0.0, 1.0])) == pytest.approx(angle, rel=1e-8)
     assert np.isnan(relative_error(np.ones(1), np.zeros(1)))
-
-
-def test_a_name_of_before_selects_the_series_of_now_with_a_warning():
-    with pytest.warns(FutureWarning, match="flattening is now ellipsoid_flattening"):
-        assert parsed("frequency of flattening") == parsed("frequency of ellipsoid_flattening")

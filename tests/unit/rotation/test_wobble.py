@@ -67,10 +67,6 @@ def test_love_numbers_of_the_wobble_against_published_ones():
     yields = love_numbers(YieldingBody(earth.layers, earth.rigidity, earth.bulk_modulus, laws), 2, 1.0).k
     assert yields.imag / small == pytest.approx(-5.796e-4, rel=0.06)
     assert wobble.dispersion_love_number() == pytest.approx(6.08e-4 * 2 / np.pi * np.log(200), rel=0.02)
-    with pytest.warns(FutureWarning, match="no Love number"):
-        assert wobble.ocean_love_number(0.298) == wobble.ocean_love_number()
-    with pytest.warns(FutureWarning, match="elastic_love_number"):
-        assert wobble.elastic_love_number() == wobble.ELASTIC_LOVE_NUMBER
 
 
 def test_the_free_core_nutation_of_prem():
