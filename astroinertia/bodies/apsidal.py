@@ -135,7 +135,7 @@ def _surface(index: float, degrees: tuple[int, ...]) -> np.ndarray:
 def love_number(index: float, degree: int = 2) -> float:
     """Return the fluid Love number k_l of the polytrope of `index`, 3/(2 l - 2) for n = 0.
 
-    Measured: 1e-14 relative against the closed forms of n = 0 and 1 for l = 2 to 8, and 2e-12 against 32-digit
+    Measured: 1e-14 relative against the closed forms of n = 0 and 1 for l = 2 to 8, and 3e-12 against 32-digit
     integrations up to n = 4.999. ValueError for an index outside 0 <= n < 5 or a degree below 2.
     Source: Brooker & Olle 1955. Checked by tests/unit/bodies/test_apsidal.py.
 

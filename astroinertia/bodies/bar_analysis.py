@@ -20,6 +20,7 @@ from astroinertia.inertia.growth import growth
 from astroinertia.inertia.tensor import axial_vector, twice_symmetric
 from astroinertia.process.quantities import with_quantities
 
+_ROUND_OFF = 1e-13  # strength below which what is seen of a bar is round-off
 _FEWEST = 3  # points that a growth rate is fitted to
 
 
@@ -104,8 +105,9 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     """Return strength eta, phase and pattern speed (...,) of the bar of any body, from its Q and P = sum m x (x) v.
 
     second_moment and mixed_moment (..., 3, 3), as every dataset has them; axis (3,): the line of sight. The phase is
-    within pi of the first direction across the axis (x for z); without a bar the pattern speed is nan. ValueError for
-    an axis of length 0. Source: Saijo et al. 2001. Test: tests/unit/bodies/test_bar_analysis.py.
+    within pi of the first direction across the axis (x for z); without a bar, of a strength beyond round-off, the
+    pattern speed is nan. ValueError for an axis of length 0. Source: Saijo et al. 2001. Test:
+    tests/unit/bodies/test_bar_analysis.py.
 
     >>> moved = np.diag([4.0, 1.0, 1.0])  # a bar twice as long as wide, which turns rigidly by 0.3
     >>> strength, phase, pattern = bar(moved, 0.3 * moved @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
@@ -118,8 +120,8 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
     plus, cross = seen[..., 0, 0] - seen[..., 1, 1], 2 * seen[..., 0, 1]
     turning = plus * 2 * change[..., 0, 1] - cross * (change[..., 0, 0] - change[..., 1, 1])
     size2 = plus**2 + cross**2
-    pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > 0)
     spread = seen[..., 0, 0] + seen[..., 1, 1]  # nothing, of a point or of a rod along the axis
+    pattern = np.divide(turning, 2 * size2, out=np.full_like(size2, np.nan), where=size2 > (_ROUND_OFF * spread) ** 2)
     strength = np.divide(np.sqrt(size2), spread, out=np.full_like(size2, np.nan), where=spread > 0)
     return strength, np.arctan2(cross, plus) / 2, pattern
 

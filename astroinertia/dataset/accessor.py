@@ -15,7 +15,7 @@ import xarray as xr
 
 from astroinertia.dataset import open_snapshots
 from astroinertia.dataset.absent import reasons, whole
-from astroinertia.dataset.arranged import along, from_x_to_z
+from astroinertia.dataset.arranged import along, from_x_to_z, in_seconds, require_own_units
 from astroinertia.dataset.by_member import of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
@@ -60,7 +60,8 @@ class InertiaAccessor:
             members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
             more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
             raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
-        dataset = from_x_to_z(whole(along(dataset)))
+        dataset = from_x_to_z(whole(along(in_seconds(dataset))))
+        require_own_units(dataset)
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     def __repr__(self) -> str:
@@ -147,7 +148,7 @@ class InertiaAccessor:
         >>> print(bool((ds.inertia.about_axis([0, 0, 2]) == ds.inertia_tensor.sel(i="z", j="z")).all()))  # n.I.n
         True
         """
-        inertia = self.dataset["inertia_tensor"]
+        inertia = self._named("inertia_tensor")
         direction = self._axis(axis)
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
         return self._series(moment, f"moment of inertia about {_axis_text(axis)}", inertia.attrs["units"], "n.I.n")
@@ -160,7 +161,7 @@ class InertiaAccessor:
         >>> print(f"{float(ds.inertia.radius_of_gyration()[0]) / 6.957e8:.2f}")  # solar radii; the limit is 0.45
         0.43
         """
-        radius = np.sqrt(self.about_axis(axis).values / self.dataset["mass"].values)
+        radius = np.sqrt(self.about_axis(axis).values / self._named("mass").values)
         return self._series(radius, f"radius of gyration about {_axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
     @with_quantities()
@@ -175,7 +176,7 @@ class InertiaAccessor:
             radius = radius.copy(data=in_si(with_unit(radius), "length"))
         radii = np.asarray(radius, dtype=float)
         require_positive(radius=radii[~np.isnan(radii)] if radii.ndim else radii)
-        ratio = self.about_axis(axis) / (self.dataset["mass"] * radius**2)
+        ratio = self.about_axis(axis) / (self._named("mass") * radius**2)
         attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
         return self._series(ratio.values, f"moment of inertia about {_axis_text(axis)} over M R^2", "1", attrs)
 
@@ -187,7 +188,7 @@ class InertiaAccessor:
         >>> print(bool(abs(np.trace(ds.inertia.quadrupole[0])) < 1e-12 * np.trace(ds.second_moment[0])))
         True
         """
-        second = self.dataset["second_moment"]
+        second = self._named("second_moment")
         values = second.transpose("time", "i", "j").values
         reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
@@ -269,7 +270,7 @@ class InertiaAccessor:
         >>> print(ds.inertia.torque_shares().sizes["effect"])  # none of which turns the star
         3
         """
-        torque = self.dataset["torque"].transpose("time", "effect", "i")
+        torque = self._named("torque").transpose("time", "effect", "i")
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
         share = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
@@ -323,20 +324,21 @@ class InertiaAccessor:
         1.000000
         """
         # What a body that begins at rest has is round-off.
-        turns = np.linalg.norm(self._vectors("angular_momentum")[0]) > self._least_momentum()
-        opening = self.spin_rate().values[0] if turns else 0.0
+        momentum = np.linalg.norm(self._vectors("angular_momentum"), axis=1)
+        first = int(np.argmax(np.isfinite(momentum)))  # records before it were masked
+        opening = self.spin_rate().values[first] if momentum[first] > self._least_momentum() else 0.0
         if law == "inertia":
             axes = self._momentum_axes()
             size = self.about_axis("spin" if axes is None else axes).values
         elif law == "radius":
-            moments = self.dataset["principal_moments"].transpose("time", "principal").values
+            moments = self._named("principal_moments").transpose("time", "principal").values
             largest = moments.max(axis=1)
             thin = moments.sum(axis=1) - 2.0 * largest <= _THINNEST * largest
-            size = np.where(thin, np.nan, self.dataset["mean_radius"].values ** 2)
+            size = np.where(thin, np.nan, self._named("mean_radius").values ** 2)
         else:
             raise ValueError(f'the scaling laws are "inertia" and "radius", not {law!r}')
         text = {"inertia": "spin if the angular momentum stays", "radius": "spin if the body also keeps its shape"}[law]
-        return self._series(opening * size[0] / size, text, self._unit("rad s-1"), f"scaling with {law}")
+        return self._series(opening * size[first] / size, text, self._unit("rad s-1"), f"scaling with {law}")
 
     @with_quantities()
     @of_each_member
@@ -413,8 +415,8 @@ class InertiaAccessor:
         """
         if reason := self.absent.get("mode_phase"):
             raise AbsentError(f"this run has no azimuthal mode of order {mode}: {reason}.")
-        if mode not in self.dataset["mode"].values:
-            orders = ", ".join(map(str, self.dataset["mode"].values))
+        if mode not in self._named("mode").values:
+            orders = ", ".join(map(str, self._named("mode").values))
             raise InputError(f"mode must be one of the orders that are recorded, {orders}, not {mode!r}.")
         modes = self._between(self.dataset.sel(mode=mode), start, end)
         phase = modes["mode_phase"]
@@ -465,7 +467,7 @@ class InertiaAccessor:
     def plot_profiles(self, **options: Any) -> Any:
         """Density, rotation and specific angular momentum against radius, at several times."""
 
-    def _drawn(self, start: Any, end: Any, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
+    def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
         """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
         parts = {"dataset": self._between(self.dataset, low, high)}
@@ -516,7 +518,7 @@ class InertiaAccessor:
         return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
-        return "1" if self.dataset["mass"].attrs["units"] == "1" else unit
+        return "1" if self._named("mass").attrs.get("units", "1") == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
         series = self._named(name)
@@ -576,7 +578,7 @@ class InertiaAccessor:
         return {name: labels.variable for name, labels in self.dataset.coords.items() if set(labels.dims) <= set(dims)}
 
     def _shares(self, values: np.ndarray, dims: tuple[str, ...], long_name: str, unit: str) -> xr.DataArray:
-        names = np.array([MOTION, *self.dataset["effect"].values.tolist()], dtype=str)
+        names = np.array([MOTION, *self._named("effect").values.tolist()], dtype=str)
         coords: dict[str, Any] = {"share": names} | self._coordinates(*dims)
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
 

@@ -5,9 +5,11 @@ Tests: tests/unit/dataset/test_accessor.py.
 
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.units import astropy_quantity, shown
 
 
 def along(dataset: xr.Dataset) -> xr.Dataset:
@@ -24,6 +26,29 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
             chosen = {name: dataset[name].expand_dims(dim) for name in names if dim == "time" or name in schema}
             dataset = dataset.drop_vars(dim).assign(chosen)
     return dataset
+
+
+def in_seconds(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset whose times are timedelta64, as resampling needs them, with seconds."""
+    if "time" not in dataset.coords or dataset["time"].dtype.kind not in "mM":
+        return dataset
+    if dataset["time"].dtype.kind == "M":
+        raise ValueError("the times are dates; the accessor takes seconds or timedelta64")
+    times = dataset["time"]
+    seconds = times.copy(data=times.values / np.timedelta64(1, "s"))
+    return dataset.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
+
+
+def require_own_units(dataset: xr.Dataset) -> None:
+    """ValueError for a variable that is in another unit than the accessor writes, as after a conversion."""
+    for name, quantity in (RECORDED | DERIVED).items():
+        if name not in dataset.variables:
+            continue
+        stated, own = str(dataset[name].attrs.get("units", "1")), quantity.unit
+        if stated not in ("1", own) and astropy_quantity(1.0, stated) != astropy_quantity(1.0, own):
+            raise ValueError(
+                f"{name} is in {shown(stated)}; the accessor takes datasets in their own units, here {own}"
+            )
 
 
 def from_x_to_z(series: Any) -> Any:

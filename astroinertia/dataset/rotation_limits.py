@@ -16,12 +16,13 @@ def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str
     """Values along time, unit and meaning of what `InertiaAccessor.rotation_limits` describes, by name."""
     size, spin = data["mean_radius"].values, np.linalg.norm(data["angular_velocity"].transpose("time", "i"), axis=1)
     convention = data["moment_ratio"].attrs
-    at_start = data[convention["radius"]].values[0] if convention.get("radius") in data.data_vars else size[0]
+    first = int(np.argmax(np.isfinite(size)))  # records before it were masked
+    at_start = data[convention["radius"]].values[first] if convention.get("radius") in data.data_vars else size[first]
     with np.errstate(invalid="ignore"):  # a flat body has no mean radius, and no limits
-        radius = float(convention.get("reference_radius", at_start)) * size / size[0]
-    if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().all():
+        radius = float(convention.get("reference_radius", at_start)) * size / size[first]
+    if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().any():
         radius = data["surface_mean_radius"].values
-    period = np.divide(2 * np.pi, spin, out=np.full_like(spin, np.inf), where=spin > 0)
+    period = np.divide(2 * np.pi, spin, out=np.where(np.isnan(spin), np.nan, np.inf), where=spin > 0)
     gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
     limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
     sheds = limits.sheds_mass

@@ -15,7 +15,8 @@ from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
-from astroinertia.units import CodeUnits, Option
+from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.units import CodeUnits, Option, shown
 
 PARTS = tuple(
     name
@@ -27,6 +28,7 @@ PARTS = tuple(
 
 def scoped(kind: str, part: Callable) -> Callable:
     """A part of an effect whose operations carry its name in compiled programs, so that its absence can be shown."""
+    part = part if part.__module__.startswith("astroinertia.") else _checked(kind, part)
 
     @functools.wraps(part)
     def named(*arguments: Any) -> Any:
@@ -36,6 +38,27 @@ def scoped(kind: str, part: Callable) -> Callable:
             return part(*arguments)
 
     return named
+
+
+def _checked(kind: str, part: Callable) -> Callable:
+    """A part of a user's own effect, of which SceneError says what it fails with."""
+
+    @functools.wraps(part)
+    def checked(*arguments: Any) -> Any:
+        try:
+            value = part(*arguments)
+        except AstroinertiaError:
+            raise
+        except Exception as error:  # whatever a class of the user's own does
+            why = f"{type(error).__name__}: {shown(str(error), 200)}"
+            raise SceneError(f"the part {part.__name__} of the effect '{kind}' failed ({why}).") from error
+        if part.__name__ == "acceleration" and value is not None:
+            shape, needed = np.shape(value), np.shape(arguments[-1].position)
+            if shape != needed:
+                raise SceneError(f"the effect '{kind}' gave an acceleration of the shape {shape}, not {needed}.")
+        return value
+
+    return checked
 
 
 @dataclass(frozen=True, eq=False)

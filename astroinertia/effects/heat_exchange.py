@@ -6,11 +6,14 @@ from astroinertia.effects.measure import within_all
 
 
 def changing_time(xp, h, energy, gain, decay):
-    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides."""
+    """u/|du/dt| of matter that cools; of matter that is heated, the time in which that moves it by h, besides.
+
+    Matter whose heat does not change, for it has none or is as cold as it can become, has no limit.
+    """
     rate = gain - decay * energy
     size = xp.maximum(xp.abs(rate), 1e-100)
     spread = xp.where(rate > 0.0, xp.power(h * h / size, 1.0 / 3.0), 0.0)
-    return (energy / size + spread,)
+    return (xp.where(rate == 0.0, 1e100, energy / size + spread),)
 
 
 def heat_change(body: Characteristic, share: float) -> float:

@@ -205,7 +205,7 @@ def grid_inertia(density: "DataArray", coordinates: Sequence[str] = ("x", "y", "
     body["inertia_tensor"].attrs = {"long_name": "inertia tensor", "origin": origin_text, "frame": "axes of the grid"}
     units = density.attrs.get("units"), density[coordinates[0]].attrs.get("units")
     if None not in units:
-        if any(text[:1].isdigit() and text != "1" for text in units):
+        if any(str(text)[:1].isdigit() and text != "1" for text in units):
             raise ValueError(f"units of a grid have no factors: {units[1]} and {units[0]}")
         body["mass"].attrs["units"], body["inertia_tensor"].attrs["units"] = (f"{units[1]}{n} {units[0]}" for n in "35")
         body["centre_of_mass"].attrs["units"] = units[1]

@@ -66,7 +66,8 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
 
     moments: the three principal moments about the centre of mass, in the order of the body's axes, in any order of
     size; one may be 0, that of a thin rod about itself, when the others are equal. angular_velocity: its components
-    along these axes at time 0. ValueError for other numbers.
+    along these axes at time 0. ValueError for other numbers; moments of which one exceeds the sum of the others, which
+    no body has, are solved all the same.
     Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_free_top.py.
 
     >>> top = free_top([1, 2, 3], ["0.1", "1", "0.1"])  # text keeps decimals exact

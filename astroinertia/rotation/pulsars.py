@@ -188,7 +188,7 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
     period, index = positive_period(period), np.asarray(braking_index, dtype=float)
     change = np.asarray(time, dtype=float) * period_derivative / period
     base = (index - 1) * change
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         inside = np.where(base > -1, base, math.nan)
         return period * np.exp(change * _relative_log1p(inside))
 

@@ -92,7 +92,8 @@ def loads(
     observed, others = own_observables.apart(effects)
     kinds, fluid, body = own_bodies.entries(others)
     tables = override(parse(text, name), overrides)
-    overrides = (*overrides, *_listing(tables, effects, kinds, observed))
+    listed = _listing(tables, effects, kinds, observed)
+    overrides = (*overrides, *listed)
     tables = override(tables, overrides)
     overrides = (*overrides, *_units_of_files(tables, origin), *_particles_to_choose(tables))
     tables = override(tables, overrides)
@@ -102,7 +103,7 @@ def loads(
         return _validated(tables, text, tuple(overrides), origin, kinds, fluid, body, observed)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
-        at = where(text if numbered else "", overrides, path, name)
+        at = where(text if numbered else "", [item for item in overrides if item not in listed], path, name)
         raise SceneError(f"{at}: {_message(problem)}") from None
 
 

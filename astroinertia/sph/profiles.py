@@ -89,17 +89,15 @@ def dyson(gamma: float) -> Profile:
     def enclosed(s):
         return special.betainc(1.5, k + 1, np.clip(s, 0.0, 1.0) ** 2)
 
-    # W = -integral of m(s) 4 pi s rho ds; with x = s^2 the weight (1 - x)^k is Gauss-Jacobi's.
-    nodes, weights = special.roots_jacobi(60, k, 0.0)
-    x = (nodes + 1) / 2
-    smooth = enclosed(np.sqrt(x)) * 2 * math.pi * central
+    # W = -integral of m(s) 4 pi s rho ds, by parts.
+    binding = 2 * math.pi * central / (k + 1) * special.beta(1.5, 2 * k + 2) / special.beta(1.5, k + 1)
     return Profile(
         name=f"dyson {float(gamma)!r}",
         enclosed=enclosed,
         radius=lambda m: np.sqrt(special.betaincinv(1.5, k + 1, np.clip(m, 0.0, 1.0))),
         density=lambda s: central * np.maximum(1 - np.asarray(s) ** 2, 0.0) ** k,
         second_moment=1 / (2 * k + 5),
-        gravitational_energy=-float(smooth @ weights) / 2 ** (k + 1),
+        gravitational_energy=-float(binding),
     )
 
 

@@ -17,7 +17,7 @@ INJECTED = 32  # particles, about, that the energy is put into, smoothly
 def similarity(gamma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     """r/R from 0 to 1, density over that around, v t/r 5/2, c^2 (5 t/2 r)^2, and R/(E t^2/rho)^(1/5).
 
-    Not for gamma = 2 or above 7, where the exponents are singular.
+    Not for gamma of 7 or more, whose explosions are empty inside.
     """
     above = np.linspace(0.0, 1.0, 20001)[1:] ** 8  # dense at the centre, where all changes slowly
     radius, density, v, sound, _ = _flow(gamma, above * _span(gamma))
@@ -47,13 +47,14 @@ def _flow(gamma: float, above: np.ndarray) -> tuple[np.ndarray, ...]:
     v = 1.0 / gamma + above
     one = (5.0 - (3.0 * gamma - 1.0) * v) * (gamma + 1.0) / (7.0 - gamma)
     two = gamma * above * (gamma + 1.0) / (gamma - 1.0)
-    three = (1.0 - v) * (gamma + 1.0) / (gamma - 1.0)
     first = -(13.0 * gamma**2 - 7.0 * gamma + 12.0) / ((3.0 * gamma - 1.0) * (2.0 * gamma + 1.0))
     second, third = 5.0 * (gamma - 1.0) / (2.0 * gamma + 1.0), 3.0 / (2.0 * gamma + 1.0)
     radius = ((0.5 * (gamma + 1.0) * v) ** -2.0 * one**first * two**second) ** 0.2
-    density = (
-        (gamma + 1.0) / (gamma - 1.0) * two**third * one ** (-first / (2.0 - gamma)) * three ** (-2.0 / (2.0 - gamma))
-    )
+    # What gamma = 2 makes an exponential of.
+    ratio = 3.0 * ((gamma + 1.0) * v - 2.0) / ((7.0 - gamma) * (1.0 - v))
+    growth = ratio if gamma == 2.0 else np.log1p((2.0 - gamma) * ratio) / (2.0 - gamma)
+    fourth = (7.0 - gamma) / ((3.0 * gamma - 1.0) * (2.0 * gamma + 1.0))
+    density = (gamma + 1.0) / (gamma - 1.0) * two**third * one**fourth * np.exp(2.0 * growth)
     sound = gamma * (gamma - 1.0) * (1.0 - v) * v**2 / (2.0 * gamma * above)
     steep = (3.0 * gamma - 1.0) / (5.0 - (3.0 * gamma - 1.0) * v)
     slope = 0.2 * (second / above - 2.0 / v - first * steep)

@@ -304,6 +304,42 @@ def test_what_is_no_effect_is_refused_in_a_sentence(effect: Any, sentence: str) 
     assert sentence in str(refused.value)
 
 
+@pytree
+@dataclass(frozen=True, eq=False)
+class Flat(Effect):
+    """An acceleration of the wrong shape."""
+
+    kind: ClassVar[str] = "flat"
+
+    def acceleration(self, xp: Any, fluid: Any) -> Any:
+        """One number a particle."""
+        return fluid.velocity[:, 0]
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Lost(Effect):
+    """A field that no fluid has."""
+
+    kind: ClassVar[str] = "lost"
+
+    def acceleration(self, xp: Any, fluid: Any) -> Any:
+        """None such."""
+        return fluid.nothing
+
+
+@pytest.mark.parametrize(
+    ("effect", "sentence"),
+    [
+        (Flat(), r"the effect 'flat' gave an acceleration of the shape \(100,\), not \(100, 3\)"),
+        (Lost(), r"the part acceleration of the effect 'lost' failed \(AttributeError: .* no attribute 'nothing'\)"),
+    ],
+)
+def test_what_a_class_does_wrong_is_said_in_a_sentence(effect: Any, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=sentence):
+        astroinertia.run_scene(loads(SCENE), tmp_path / "run", effects=[effect])
+
+
 def test_an_effect_of_another_model_is_refused(drag) -> None:
     text = SI.replace('name = "in_si"', 'name = "in_si"\nmodel = "ellipsoid"')
     with pytest.raises(SceneError, match=r"\[effects.cubic_drag\] belongs to the model sph; ellipsoid has gravity"):

@@ -76,6 +76,9 @@ def test_round_bodies_have_no_bar():
     shape = np.diag(body.axes)
     seen = bar_history(shape, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]) @ shape)
     assert seen.bar_strength == 0 and np.isnan(seen.pattern_speed) and np.isnan(seen.internal_rate)
+    nearly = np.diag([1.0, 1.0 + 4e-16, 0.8])  # as particles sum it up
+    strength, _, pattern = bar(nearly, np.array([[0.0, 0.2, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+    assert 0 < strength < 1e-15 and np.isnan(pattern)
 
 
 def test_fission_begins_with_the_pear():

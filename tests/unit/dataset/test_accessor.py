@@ -238,3 +238,41 @@ def test_in_a_rotating_frame_nothing_is_said_of_waves_and_break_up() -> None:
 
 def test_the_reference_radius_is_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:
     assert ds.attrs["reference_radius"] == METADATA["code_units"]["length"]
+
+
+def test_times_that_can_be_resampled_are_seconds_to_the_accessor(ds: xr.Dataset) -> None:
+    times = (1e9 * ds.time.values / ds.time.values[-1]).astype("timedelta64[ns]")
+    resampled = ds.assign_coords(time=times)
+    assert resampled.inertia.spin_rate().time.values[-1] == pytest.approx(1.0)
+    rate = resampled.inertia.growth_rate("density_max").rate
+    assert float(rate) == pytest.approx(
+        ds.inertia.growth_rate("density_max").rate.item() * ds.time.values[-1], rel=1e-6
+    )
+    resampled.inertia.plot_inertia()
+    plt.close("all")
+    with pytest.raises(ValueError, match="the times are dates"):
+        _ = ds.assign_coords(time=times + np.datetime64("2000-01-01")).inertia
+
+
+def test_variables_that_were_converted_are_refused(ds: xr.Dataset) -> None:
+    def stating(unit: str) -> xr.Dataset:
+        tensor = ds["inertia_tensor"]
+        return ds.assign(inertia_tensor=tensor.assign_attrs(tensor.attrs | {"units": unit}))
+
+    with pytest.raises(ValueError, match="inertia_tensor is in g cm2; the accessor takes datasets in their own units"):
+        _ = stating("g cm2").inertia
+    assert stating("m2 kg").inertia.spin_rate().size
+    with pytest.raises(AbsentError, match="this dataset has no 'mass'"):
+        ds[["inertia_tensor"]].inertia.radius_of_gyration()
+
+
+def test_records_that_were_masked_spoil_no_others(ds: xr.Dataset) -> None:
+    masked = ds.where(ds.time > ds.time[3])
+    for whole, part in (
+        (ds.inertia.rotation_limits(), masked.inertia.rotation_limits()),
+        (ds.inertia.spin_scaling().to_dataset(name="spin"), masked.inertia.spin_scaling().to_dataset(name="spin")),
+    ):
+        for name, values in part.items():
+            if values.dtype.kind == "f" and not whole[name].isnull().all():
+                assert values[4:].notnull().all(), name
+                assert values[:4].isnull().all(), name

@@ -22,6 +22,7 @@ M, X, V, W = np.array([1.0, 2.0, 3.0, 1.5]), RANDOM.normal(size=(4, 3)), RANDOM.
 ORIGIN, A, ROOT = RANDOM.normal(size=3), np.array([0.2, 1.0, 0.3]), RANDOM.normal(size=(3, 3))
 TENSOR, WANTED = ROOT @ ROOT.T, np.diag([3.0, 2.0, 1.0])
 BODY = shapes.rod(2.0, 3.0) + shapes.box(3.0, 1.0, 2.0, 0.5).translated(np.array([1.0, 0.5, 0.2]))
+HOLE = shapes.disc(0.5, 0.3).translated(ORIGIN)
 QUARTER = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 PLANES = np.array([-0.3, 0.5])
 
@@ -67,7 +68,7 @@ CASES = {
     "rotated": (of_body(lambda body, matrix, about: parts(body.rotated(matrix, about))), (*OWN, QUARTER, ORIGIN)),
     "moment": (of_body(lambda body, axis, point: body.moment(axis, point)), (*OWN, A, ORIGIN)),
     "translated": (of_body(lambda body, by: parts(body.translated(by))), (*OWN, ORIGIN)),
-    "sum": (lambda *six: parts(Body(*six[:3]) - Body(*six[3:])), (*OWN, *parts(shapes.disc(0.5, 0.3).translated(ORIGIN)))),
+    "sum": (lambda *six: parts(Body(*six[:3]) - Body(*six[3:])), (*OWN, *parts(HOLE))),
 }  # fmt: skip
 
 

@@ -432,3 +432,18 @@ def test_an_uneven_body_is_as_the_scene_says_and_turns_as_before():
         loads(text, [uneven, "body.rotation={rate=0.3, axis=[1,0,0]}"])
     with pytest.raises(SceneError, match="needs particles"):
         loads(text, [uneven, "model='scaling'"])
+
+
+@pytest.mark.parametrize("gamma", [7.0, 5.0 / 3.0, 1.4, 1.1])
+def test_a_dyson_ellipsoid_is_bound_by_the_energy_of_its_profile(gamma):
+    profile = profiles.dyson(gamma)
+    # In terms of the angle whose sine is s: smooth at the centre and at the surface.
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    angle = 0.25 * np.pi * (nodes + 1)
+    s = np.sin(angle)
+    work = profile.enclosed(s) * 4 * np.pi * s * profile.density(s) * np.cos(angle)
+    assert profile.gravitational_energy == pytest.approx(-0.25 * np.pi * (weights @ work), rel=1e-9)
+
+
+def test_a_dyson_ellipsoid_of_gamma_two_is_bound_by_five_sevenths():
+    assert profiles.dyson(2.0).gravitational_energy == pytest.approx(-5 / 7, rel=1e-14)  # of 1 - r^2

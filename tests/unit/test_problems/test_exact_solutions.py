@@ -93,6 +93,13 @@ def test_the_energy_of_the_explosion_is_the_published_one() -> None:
     assert sedov.shock_radius(1.0, 1.4) ** -5 == pytest.approx(0.851072, abs=5e-7)
 
 
+def test_an_explosion_at_the_index_where_exponents_are_singular_is_between_its_neighbours():
+    profiles = [np.concatenate(sedov.similarity(gamma)[1:4]) for gamma in (2.0 - 1e-6, 2.0, 2.0 + 1e-6)]
+    np.testing.assert_allclose(profiles[1], 0.5 * (profiles[0] + profiles[2]), rtol=1e-9)
+    radii = [sedov.shock_radius(1.0, gamma) for gamma in (2.0 - 1e-6, 2.0, 2.0 + 1e-6)]
+    assert radii[1] == pytest.approx(0.5 * (radii[0] + radii[2]), rel=1e-11)
+
+
 def test_the_implosion_keeps_its_mass() -> None:
     """64 behind the shock, which is at a third of the time; the mass within the ball's surface is that of the ball."""
     radius = np.linspace(1e-5, 0.4, 400001)

@@ -125,6 +125,12 @@ def test_steps_resolve_the_cooling_time_unless_switched_off() -> None:
     limit = catalogue.build("cooling", options).timestep(np, fluid)
     moved = (0.1**2 / 0.5) ** (1 / 3)
     assert np.allclose(limit, [1.0 / 4.0, 0.1 / 0.5 + moved, moved])
+    # Without heat there is nothing to lose, and below the floor nothing is lost.
+    limit = catalogue.build("cooling", {"time_scale": 0.2}).timestep(np, fluid)
+    assert np.allclose(limit[:2], 0.2)
+    assert limit[2] > 1e50
+    limit = catalogue.build("cooling", {"time_scale": 0.2, "floor": 0.5}).timestep(np, fluid)
+    assert (limit[1:] > 1e50).all()
     assert catalogue.build("cooling", {**options, "limit": "none"}).timestep(np, fluid) is None
 
 
