@@ -21,8 +21,9 @@ with; `--body` shows the published number, too. Of the models, "hydrostatic" is 
 say for a fluid, and the core is that of uniform layers with the published ratio and one assumed density.
 
 Two uniform layers follow from two of core density, mantle density, core radius and ratio. With one of the first three
-the ratio is the published one; with two of them it is a prediction, to be compared with it. A value is a number in
-kg/m3 or km, or has its unit: "7 g/cm3".
+the ratio is the published one; with two of them it is a prediction, to be compared with it, and files are those of a
+sweep of one value. Another ratio alone goes with what the table assumes of the layers. A value is a number in kg/m3 or
+km, or has its unit: "7 g/cm3".
 
 The error of a core has two parts. One is that of the inputs, carried through. The other is the model's: what uniform
 layers leave out, which is estimated by compressing them by their own weight, and by a third layer.
@@ -69,7 +70,11 @@ def add_arguments(add: Add) -> None:
     add("--crust-density", metavar="RHO", help="density of that crust, in kg/m3 or with its unit")
     add("--sweep", action="append", default=[], metavar="NAME=START:STOP:COUNT",
         help="two-layer models of the body along a parameter; may be repeated")  # fmt: skip
-    add("--compressed", action="store_true", help="invert the ratio of a body to a core with compressed layers, too")
+    add(
+        "--compressed",
+        action="store_true",
+        help="invert the same ratio and density to a core with compressed layers, too",
+    )
     add("--dask", action="store_true", help="compute a sweep in parallel chunks")
     add("--csv", type=Path, metavar="FILE.csv", help="write what is shown as CSV, in SI")
     add("--netcdf", type=Path, metavar="FILE.nc", help="write what is shown as netCDF, in SI")
@@ -99,8 +104,11 @@ def report(options: Options) -> str:
         raise SceneError("--compressed is for one body in detail: name it with --body, without --sweep")
     if options.dask and not options.sweep:
         raise SceneError("--dask is for sweeps: add --sweep")
-    from astroinertia.bodies.planets import solar_system
+    if options.markdown and one is not None:
+        raise SceneError("--markdown is for the table of all bodies: leave the body away")
+    from astroinertia.bodies.planets import body, solar_system
     from astroinertia.studies import ratio_tables
+    from astroinertia.studies.core_inversion import restated
     from astroinertia.studies.moment_ratio import moment_ratio, polytropes, two_layer_sweep
 
     if options.sweep and one is not None:
@@ -108,10 +116,16 @@ def report(options: Options) -> str:
         shown = two_layer_sweep(one, values, layers, options.dask).compute()
         text = ratio_tables.sweep_text(shown)
     elif one is not None:
-        shown = moment_ratio([one])
-        mine = None if isinstance(one, str) else one
-        beside = layers if mine is None else {} if _inverted(layers) else _without_ratio(layers)
-        text = ratio_tables.body_text(shown, beside, options.compressed, mine)
+        planet = body(one) if isinstance(one, str) else one
+        stated = layers if isinstance(one, str) else {} if _inverted(layers) else _without_ratio(layers)
+        inverts = {*stated} <= {"moment_ratio", "core_density"} or {*stated} <= {"moment_ratio", "mantle_density"}
+        if options.compressed and not inverts:
+            raise SceneError("--compressed inverts a ratio: it takes one of --core-density and --mantle-density alone")
+        text = ratio_tables.body_text(planet, stated, options.compressed)
+        if inverts:
+            shown = moment_ratio([restated(planet, stated)])
+        else:
+            shown = two_layer_sweep(planet, {name: [value] for name, value in stated.items()})
     else:
         shown = moment_ratio()
         text = ratio_tables.markdown(shown) if options.markdown else ratio_tables.solar_system_text(shown)

@@ -55,7 +55,7 @@ def compressed_core(
     """
     uniform = core_inversion(one, ratio_row, draws=1000)
     if not uniform.assumed:
-        raise SceneError(f"the table assumes nothing for the layers of {one.name}")
+        raise SceneError(f"nothing is assumed for the layers of {one.name}")
     ratio = one.moment_ratio_row(ratio_row)
     by_core = one.has("core_density") and one.adopted("core_density").status == "assumed"
     assumed = one.adopted("core_density" if by_core else "mantle_density")

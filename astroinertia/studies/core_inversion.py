@@ -8,18 +8,22 @@ seismology and laser ranging.
 Tests: tests/unit/studies/test_two_layers.py.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
-from astroinertia.bodies.planets import Published, SolarSystemBody
+from astroinertia.bodies.planets import Published, SolarSystemBody, own_body
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
 
 DRAWS = 20000
 _SEED = 20260701
 _ASSUMABLE = ("core_density", "mantle_density")
+_LAYERS = (*_ASSUMABLE, "crust_thickness", "crust_density")
+_RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
 
 
 @dataclass(frozen=True)
@@ -118,6 +122,24 @@ def assumed_layers(one: SolarSystemBody) -> tuple[str, Published, tuple[Publishe
             crust = (one.adopted("crust_thickness"), one.adopted("crust_density")) if one.has("crust_density") else None
             return name, one.adopted(name), crust
     return None
+
+
+@with_quantities()
+def restated(one: SolarSystemBody, stated: Mapping[str, float]) -> SolarSystemBody:
+    """Return the body with a ratio or a density of one's own, as exact, in place of those of the table.
+
+    stated: moment_ratio (mean moment and mean radius), and core_density or mantle_density, which is then all that is
+    assumed of two layers; in SI.
+
+    >>> from astroinertia.bodies.planets import body
+    >>> print(f"{core_inversion(restated(body('Mars'), {'core_density': 7000.0})).core_radius / 1e3:.0f} km")
+    1737 km
+    """
+    numbers = {"mean_moment_ratio" if name == "moment_ratio" else name: value for name, value in stated.items()}
+    own = own_body(one.name, one.mass, one.mean_radius, **numbers).published
+    replaced = (*(_RATIOS if "moment_ratio" in stated else ()), *(_LAYERS if {*_ASSUMABLE} & {*stated} else ()))
+    kept = {name: rows for name, rows in one.published.items() if name not in replaced}
+    return SolarSystemBody(one.name, MappingProxyType({**kept, **{name: own[name] for name in numbers}}))
 
 
 def _solved(mean_density, ratio, crust, **layer_parameters):

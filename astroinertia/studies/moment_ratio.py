@@ -285,6 +285,7 @@ _NO_RATIO = Published(np.nan, np.nan, "1", OWN, True, np.nan, "", "")
 def _column(one: SolarSystemBody) -> dict:
     rows = [row for name in ("polar_moment_ratio", "mean_moment_ratio") for row in one.published.get(name, ())]
     row = next((published for published in rows if published.adopted), _NO_RATIO)
+    published = _NO_RATIO if row.status == OWN else row
     ratio = one.moment_ratio() if rows else MomentRatio(np.nan, np.nan, "mean", one.mean_radius, OWN, "")
     love = fluid_love_number(one)
     inversion, beyond = core_inversion(one), model_error_of(one)
@@ -306,8 +307,8 @@ def _column(one: SolarSystemBody) -> dict:
         "angular_velocity": one.value("rotation_rate"),
         "small_m": one.small_m if one.has("rotation_rate") else np.nan,
         "zonal_harmonic_2": one.zonal_harmonic(one.mean_radius) if one.has("j2") else np.nan,
-        "published_moment_ratio": row.value,
-        "published_radius": row.radius,
+        "published_moment_ratio": published.value,
+        "published_radius": published.radius,
         "published_kind": "polar" if row in one.published.get("polar_moment_ratio", ()) else "mean",
         "status": row.status,
         "source": row.source,

@@ -12,7 +12,7 @@ import xarray as xr
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import OWN, SolarSystemBody, body
 from astroinertia.errors import SceneError
-from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.core_inversion import core_inversion, restated
 from astroinertia.studies.core_model_error import (
     NO_MODEL_ERROR,
     CoreModelError,
@@ -20,7 +20,7 @@ from astroinertia.studies.core_model_error import (
     matter_as_dense,
     model_error_of,
 )
-from astroinertia.studies.moment_ratio import TWO_LAYERS, fluid_love_number, polytropic_index
+from astroinertia.studies.moment_ratio import TWO_LAYERS, fluid_love_number, hydrostatic_moment_ratio, polytropic_index
 from astroinertia.studies.two_layers import impossible
 
 NOTHING = "-"
@@ -84,19 +84,15 @@ def markdown(dataset: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def body_text(
-    dataset: xr.Dataset, parameters: Mapping[str, float], compressed: bool = False, one: SolarSystemBody | None = None
-) -> str:
+def body_text(one: str | SolarSystemBody, parameters: Mapping[str, float], compressed: bool = False) -> str:
     """Return one body in detail; parameters: of two layers in SI, by name. SceneError for layers that cannot be.
 
-    one: the body itself where it is not in the table.
-    compressed: with the core of compressed layers as well, which takes seconds.
+    compressed: with the core of compressed layers as well, of the same ratio and density, which takes seconds.
 
-    >>> from astroinertia.studies.moment_ratio import moment_ratio
-    >>> print(body_text(moment_ratio(["Mars"]), {}).splitlines()[0])
+    >>> print(body_text("Mars", {}).splitlines()[0])
     Mars: mass 6.41691e+23 kg, mean radius 3389.5 km, mean density 3934 kg/m3
     """
-    one = one or body(str(dataset["body"].values[0]))
+    one = body(one) if isinstance(one, str) else one
     lines = [
         f"{one.name}: mass {one.mass:.6g} kg, mean radius {one.mean_radius / 1e3:.6g} km, "
         f"mean density {one.mean_density:.5g} kg/m3",
@@ -105,10 +101,10 @@ def body_text(
         *_published_lines(one),
         f"  {UNIFORM:<21g} uniform sphere",
     ]
-    ratio = float(dataset["moment_ratio"][0])
+    ratio = one.moment_ratio().value if _has_ratio(one) else math.nan
     love = fluid_love_number(one)
     if math.isfinite(love):
-        hydrostatic = float(dataset["hydrostatic_moment_ratio"][0])
+        hydrostatic = hydrostatic_moment_ratio(love)
         lines.append(
             f"  {hydrostatic:<21.5f} hydrostatic: fluid k2 = {love:.4f} from gravity and spin, "
             f"{100 * (hydrostatic / ratio - 1):+.1f} % of the published"
@@ -117,9 +113,10 @@ def body_text(
         lines.append("  no hydrostatic value: gravity and spin are not those of a fluid, or not known")
     if math.isfinite(ratio):
         lines.append(f"  polytrope with this ratio: n = {_plain(float(polytropic_index(ratio)), '.3f')}")
-    lines += ["", *(_layer_lines(one, parameters) if parameters else _assumed_lines(one))]
+    of_table = {*parameters} <= {"moment_ratio"}
+    lines += ["", *(_assumed_lines(restated(one, parameters)) if of_table else _layer_lines(one, parameters))]
     if compressed:
-        lines += ["", *_compressed_lines(one)]
+        lines += ["", *_compressed_lines(restated(one, parameters))]
     if one.has("core_radius"):
         lines += ["", "published core radius"]
         for row in one.published["core_radius"]:
@@ -177,8 +174,12 @@ def _row(one: xr.Dataset) -> tuple[str, ...]:
     )
 
 
+def _has_ratio(one: SolarSystemBody) -> bool:
+    return one.has("mean_moment_ratio") or one.has("polar_moment_ratio")
+
+
 def _published_lines(one: SolarSystemBody) -> list[str]:
-    if not any(one.has(f"{kind}_moment_ratio") for kind in ("polar", "mean")):
+    if not _has_ratio(one):
         return []
     published = sorted(
         (
@@ -239,7 +240,7 @@ def _compressed_lines(one: SolarSystemBody) -> list[str]:
     matter = " and of ".join(matter_as_dense(density)[0] for density in (uniform.core_density, uniform.mantle_density))
     return [
         f"the same with layers compressed by their weight, bulk moduli of {matter}",
-        f"  core radius          {core.core_radius / 1e3:.0f} +- {core.core_radius_deviation / 1e3:.0f} km",
+        f"  core radius          {core.core_radius / 1e3:.0f}{_spread(core.core_radius_deviation / 1e3)} km",
         f"  core density         {core.core_density:.0f} kg/m3, {core.central_density:.0f} at the centre",
         f"  mantle density       {core.mantle_density:.0f} kg/m3, {core.mantle_reference_density:.0f} uncompressed",
         f"  fluid k2             {core.love_number:.4f}",
@@ -265,7 +266,7 @@ def _refuse(one: SolarSystemBody, assumed: str) -> None:
 
 
 def _whose(one: SolarSystemBody) -> str:
-    return "stated" if one.adopted("gm").status == OWN else "published"
+    return "stated" if one.moment_ratio().status == OWN else "published"
 
 
 def _change(metres: float) -> str:
@@ -275,14 +276,12 @@ def _change(metres: float) -> str:
 def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[str]:
     inputs = dict(parameters)
     predicted = len(inputs) == 2 and "moment_ratio" not in inputs
-    known = one.has("mean_moment_ratio") or one.has("polar_moment_ratio")
+    known = _has_ratio(one)
     if len(inputs) == 1 and "moment_ratio" not in inputs and known:
         inputs["moment_ratio"] = one.moment_ratio().value
     if len(inputs) != 2:
-        raise SceneError(
-            "two layers follow from one or two of --core-density, --mantle-density and --core-radius, or from one of "
-            "them with --moment-ratio"
-        )
+        taken = "--core-density, --mantle-density and --core-radius, or from one of them with --moment-ratio"
+        raise SceneError(f"two layers of {one.name} follow from {'one or two' if known else 'two'} of {taken}")
     ratio_known = {("core_radius_ratio" if name == "core_radius" else name): value for name, value in inputs.items()}
     if "core_radius" in inputs:
         ratio_known["core_radius_ratio"] = inputs["core_radius"] / one.mean_radius

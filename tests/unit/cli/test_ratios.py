@@ -71,6 +71,43 @@ def test_a_core_density_gives_the_core_with_the_published_ratio(capsys):
     assert capsys.readouterr().out == printed
 
 
+def test_the_compressed_core_is_of_the_density_and_ratio_that_are_stated(capsys):
+    assert main(["ratios", "--body", "Mars", "--compressed", "--core-density", "7000", "--moment-ratio", "0.36"]) == 0
+    uniform, compressed = capsys.readouterr().out.split("the same with layers compressed")
+    of_uniform, change = (
+        float(re.search(rf"{name} +(-?\d+) km", uniform)[1]) for name in ("core radius", "compression")
+    )
+    of_compressed = float(re.search(r"core radius +(\d+)", compressed)[1])
+    assert of_compressed == pytest.approx(of_uniform + change, abs=2)
+    assert "core density         7000 kg/m3" in compressed
+
+
+def test_a_ratio_of_ones_own_goes_with_what_the_table_assumes(elsewhere, capsys):
+    assert main(["ratios", "--body", "Mars", "--moment-ratio", "0.366", "--csv", "mars.csv"]) == 0
+    printed = capsys.readouterr().out
+    assert (
+        "three uniform layers with the stated ratio, assumed: core density 6000(175) kg/m3; crust 50(8) km" in printed
+    )
+    assert "core radius          1943 km" in printed and "0.36428 +- 0.00011    measured" in printed
+    (row,) = csv.DictReader((elsewhere / "mars.csv").read_text().splitlines())
+    assert row["moment_ratio"] == "0.366" and row["status"] == "own" and row["published_moment_ratio"] == ""
+    assert float(row["core_radius"]) == pytest.approx(1943e3, abs=500)
+
+
+def test_files_have_the_layers_that_are_shown(elsewhere, capsys):
+    mars = ["ratios", "--body", "Mars", "--core-density", "7000", "--csv", "mars.csv"]
+    assert main(mars) == 0
+    assert "core radius          1737 km" in capsys.readouterr().out
+    (row,) = csv.DictReader((elsewhere / "mars.csv").read_text().splitlines())
+    assert float(row["core_radius"]) == pytest.approx(1737e3, abs=600) and row["assumed"] == "core density 7000 kg/m3"
+    assert main([*mars, "--mantle-density", "3400", "--netcdf", "mars.nc"]) == 0
+    assert "core radius          1794 km" in capsys.readouterr().out
+    (row,) = csv.DictReader((elsewhere / "mars.csv").read_text().splitlines())
+    assert float(row["core_radius"]) == pytest.approx(1794e3, abs=500) and row["moment_ratio"].startswith("0.36092")
+    with xr.open_dataset(elsewhere / "mars.nc") as written:
+        assert written["core_radius"].item() == float(row["core_radius"])
+
+
 def test_two_densities_predict_a_ratio(capsys):
     assert main(["ratios", "--body", "Mars", "--core-density", "7000", "--mantle-density", "3458.3"]) == 0
     match = re.search(
@@ -149,7 +186,18 @@ def test_the_table_says_what_the_model_leaves_out(capsys):
         (["--body", "Mars", "--core-density", "-7000"], "positive number in kg/m3"),
         (["--body", "Mars", "--core-density", "nan"], "positive number"),
         (["--body", "Mars", "--core-density", "7 km"], "is not a density"),
-        (["--body", "Mars", "--moment-ratio", "0.36"], "two layers follow from"),
+        (
+            ["--body", "Mars", "--core-density", "7000", "--mantle-density", "3400", "--core-radius", "1800"],
+            "two layers of Mars follow from one or two of",
+        ),
+        ([*OWN, "--core-density", "11000"], "two layers of own planet follow from two of"),
+        (
+            ["--body", "Mars", "--core-density", "7000", "--mantle-density", "3400", "--compressed"],
+            "--compressed inverts a ratio",
+        ),
+        (["--body", "Mars", "--core-radius", "1800", "--compressed"], "--compressed inverts a ratio"),
+        ([*OWN, "--moment-ratio", "0.33", "--compressed"], "nothing is assumed for the layers of own planet"),
+        (["--body", "Mars", "--markdown"], "--markdown is for the table of all bodies"),
         (["--core-density", "7000"], "name it with --body"),
         (["--body", "Mars", "--sweep", "core_density=6000:9000:7"], "needs a file to go to"),
         (["--body", "Mars", "--sweep", "colour=1:2:3", "--netcdf", "x.nc"], "no parameter 'colour'"),

@@ -63,7 +63,7 @@ def test_the_error_of_the_core_is_that_of_draws_where_compression_is_small():
 
 
 def test_bodies_without_assumptions_are_reported():
-    with pytest.raises(SceneError, match="nothing for the layers of Jupiter"):
+    with pytest.raises(SceneError, match="nothing is assumed for the layers of Jupiter"):
         compressed_core(body("Jupiter"))
 
 
