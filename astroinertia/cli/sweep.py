@@ -184,11 +184,11 @@ def summary(folder: Path) -> list[str]:
     from astroinertia.sweeps.folder import read
     from astroinertia.units import shown
 
-    sweep, end = read(folder), combined.at_end(dataset.open(folder))
-    spin = np.sqrt((end["angular_velocity"] ** 2).sum("i", skipna=False))
+    sweep, data = read(folder), dataset.open(folder)
+    end = combined.at_end(data.assign(spin_rate=data.inertia.spin_rate()))
     columns = {
         "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),
-        "mean angular velocity (rad s-1)": spin,
+        "mean angular velocity (rad s-1)": end["spin_rate"],
         "T/|W|": end["rotational_to_gravitational"],
         f"I/(M R^2), {end['moment_ratio'].attrs.get('radius', 'reference_radius').replace('_', ' ')}": end[
             "moment_ratio"

@@ -14,7 +14,7 @@ import xarray as xr
 
 import astroinertia
 from astroinertia.accuracy import running
-from astroinertia.cli import main as cli, stop as cli_stop
+from astroinertia.cli import main as cli, stop as cli_stop, sweep as cli_sweep
 from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.models.scaling.evolution import Scaling
@@ -523,6 +523,15 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
         folder.read(tmp_path)
     with pytest.raises(SceneError, match="'nowhere' is no address of a cluster"):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
+
+
+def test_the_spin_of_members_is_that_about_their_angular_momentum(grid, monkeypatch):
+    data = astroinertia.open(grid[0])
+    aside = data.assign(angular_velocity=data["angular_velocity"] + xr.DataArray([0.5, 0.0, 0.0], dims="i"))
+    monkeypatch.setattr(astroinertia.dataset, "open", lambda _: aside)
+    spins = data.inertia.spin_rate().isel(time=-1).values.ravel()
+    for row, spin in zip(cli_sweep.summary(grid[0])[2:], spins, strict=True):
+        assert f"{spin:.6g}" in row.split()
 
 
 def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, capsys):
