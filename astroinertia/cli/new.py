@@ -59,5 +59,5 @@ def _copied(name: str) -> str:
     if name not in known:
         from astroinertia.scene.problems import nearest
 
-        raise SceneError(f"there is no scene {name[:64]!r} to copy; {nearest(name, known)}.")
+        raise SceneError(f"there is no scene {name[:64]!r} to copy; {nearest(name, known)}")
     return known[name].read_text(encoding="utf-8")

@@ -482,7 +482,7 @@ class InertiaAccessor:
     def _named(self, series: str | xr.DataArray) -> xr.DataArray:
         """A variable by its name, or the series itself."""
         if isinstance(series, str) and series not in self.dataset.variables:
-            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}.")
+            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}")
         return self.dataset[series] if isinstance(series, str) else series
 
     def _must_be_of_one_run(self, what: str) -> None:
@@ -585,7 +585,7 @@ class InertiaAccessor:
 
 def _nearest(name: str, names: Any) -> str:
     close = difflib.get_close_matches(name, list(map(str, names)), n=1)
-    return f"did you mean {close[0]!r}" if close else "its data_vars are what it has"
+    return f"did you mean {close[0]!r}?" if close else "its data_vars are what it has."
 
 
 def _axis_text(axis: Any) -> str:

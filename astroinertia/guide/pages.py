@@ -50,7 +50,7 @@ def page(topic: str) -> str:
     '# The ledger'
     """
     if topic not in TOPICS:
-        raise SceneError(f"'{topic:.40}' is no topic of the guide; {_nearest(topic)}.")
+        raise SceneError(f"'{topic:.40}' is no topic of the guide; {_nearest(topic)}")
     if topic in WRITTEN_WHEN_READ:
         return importlib.import_module(WRITTEN_WHEN_READ[topic]).text()
     return Path(__file__).with_name(f"{topic}.md").read_text(encoding="utf-8")
@@ -112,4 +112,4 @@ def _without_target(link: re.Match[str]) -> str:
 
 def _nearest(topic: str) -> str:
     close = difflib.get_close_matches(topic.lower()[:64], TOPICS, n=1, cutoff=0.5)
-    return f"did you mean '{close[0]}'" if close else "`astroinertia guide` lists them"
+    return f"did you mean '{close[0]}'?" if close else "`astroinertia guide` lists them."

@@ -67,7 +67,7 @@ class RunState:
         if name in schema and value is not None and not (value.dtype.kind == "f" and np.isnan(value).all()):
             return self._quantity(value, schema[name])
         if name not in schema:
-            raise AbsentError(f"a state has no {name!r}; {nearest(name, sorted(dir(self)))}.")
+            raise AbsentError(f"a state has no {name!r}; {nearest(name, sorted(dir(self)))}")
         metadata = self._metadata
         reason = metadata.get("absent", {}).get(name) or schema[name].absent.get(self.model)
         reason = reason or reason_for_absence(name, list(self.effects), self._dimensionless, frame_of(metadata))

@@ -268,7 +268,7 @@ def _validated(
     automatic = tables["effects"] == AUTO
     if isinstance(tables["effects"], str) and not automatic:
         raise Problem(
-            ("effects",), f": '{shown(tables['effects'])}' is not known; {nearest(tables['effects'], [AUTO])}."
+            ("effects",), f": '{shown(tables['effects'])}' is not known; {nearest(tables['effects'], [AUTO])}"
         )
     if "candidates" in tables and not automatic:
         raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)

@@ -29,8 +29,8 @@ def effect_options(
     for kind, table_of_kind in effects.items():
         if kind not in entries:
             kinds = dict.fromkeys((*entries, *door.offered()))
-            hint = nearest(kind, kinds) if kinds else "no installed package offers one"
-            raise Problem((table, kind), f" is not a known {door.thing}; {hint}.")
+            hint = nearest(kind, kinds) if kinds else "no installed package offers one."
+            raise Problem((table, kind), f" is not a known {door.thing}; {hint}")
         if not isinstance(table_of_kind, dict):
             raise Problem((table, kind), f": must be a table (an empty one will do), not {described(table_of_kind)}.")
         result[kind] = options_of((table, kind), entries[kind].options, table_of_kind, code)

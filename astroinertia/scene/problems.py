@@ -39,17 +39,17 @@ def _word(key: str) -> str:
 
 
 def nearest(key: str, names: Iterable[str]) -> str:
-    """A hint at the nearest known key, or the list of all where none is near."""
+    """A hint at the nearest known key, or the list of all where none is near; it ends its sentence."""
     names = list(names)
     close = difflib.get_close_matches(key.lower()[:64], names, n=1, cutoff=0.6)
     if close:
-        return f"did you mean '{close[0]}'"
-    return f"known are {', '.join(names)}" if names else "nothing can be set here"
+        return f"did you mean '{close[0]}'?"
+    return f"known are {', '.join(names)}." if names else "nothing can be set here."
 
 
 def unknown_key(path: Path, names: Iterable[str], elsewhere: str = "") -> Problem:
     """The problem of a key that nobody reads."""
-    return Problem(path, f" is not a known key; {elsewhere or nearest(str(path[-1]), names)}.")
+    return Problem(path, f" is not a known key; {elsewhere or nearest(str(path[-1]), names)}")
 
 
 def wrong_choice(path: Path, value: Any, choices: Iterable[str], missing: bool = False) -> Problem:
@@ -58,7 +58,7 @@ def wrong_choice(path: Path, value: Any, choices: Iterable[str], missing: bool =
     if missing:
         return Problem(path, f" is missing; it is one of {', '.join(choices)}.")
     if isinstance(value, str) and difflib.get_close_matches(value.lower()[:64], choices, n=1, cutoff=0.6):
-        return Problem(path, f": '{shown(value)}' is not known; {nearest(value, choices)}.")
+        return Problem(path, f": '{shown(value)}' is not known; {nearest(value, choices)}")
     return Problem(path, f": must be one of {', '.join(choices)}, not {described(value)}.")
 
 
@@ -198,4 +198,4 @@ def _other_kind(loc: Path, kinds: dict[str, dict[str, type[BaseModel]]]) -> str:
     if len(names) != 2 or names[0] not in kinds:
         return ""
     owners = [kind for kind, model in kinds[names[0]].items() if names[1] in model.model_fields]
-    return f"it belongs to the kind {' or '.join(owners)}" if owners else ""
+    return f"it belongs to the kind {' or '.join(owners)}." if owners else ""

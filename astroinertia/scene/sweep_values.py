@@ -69,7 +69,7 @@ def toml_text(value: Any) -> str:
 def _of_range(rule: Mapping[str, Any]) -> list[Any]:
     for key in rule:
         if key not in RANGE:
-            raise SceneError(f"has '{shown(key)}', which no range has; {nearest(key, RANGE)}.")
+            raise SceneError(f"has '{shown(key)}', which no range has; {nearest(key, RANGE)}")
     missing = [key for key in RANGE[:3] if key not in rule]
     if missing:
         raise SceneError(f"is a range, in which {missing[0]} is missing.")
@@ -97,7 +97,7 @@ def drawn(rule: Mapping[str, Any], shares: np.ndarray) -> list[Any]:
     if more:
         raise SceneError(f"has both {kind} and {more[0][0]}; keep one.")
     if kind not in DISTRIBUTIONS:
-        raise SceneError(f"has '{shown(kind)}', which is no distribution; {nearest(kind, DISTRIBUTIONS)}.")
+        raise SceneError(f"has '{shown(kind)}', which is no distribution; {nearest(kind, DISTRIBUTIONS)}")
     if not isinstance(numbers, list) or len(numbers) != 2:
         raise SceneError(f"has {kind}, which must be a list of two values.")
     (first, second), unit, whole = _ends(numbers)

@@ -139,11 +139,14 @@ def tree(folder: Path) -> set[str]:
 
 
 def is_one_sentence(printed: str) -> bool:
-    """One printable line that ends with a full stop and has no other sentence in it."""
+    """One printable line that ends with a full stop or a question mark and has no other sentence in it."""
     line = printed.removesuffix("\n")
     prefix = "astroinertia: "
     return (
-        line.startswith(prefix) and line.endswith(".") and line.isprintable() and not re.search(r"[.!?] +[A-Z]", line)
+        line.startswith(prefix)
+        and line.endswith((".", "?"))
+        and line.isprintable()
+        and not re.search(r"[.!?] +[A-Z]", line)
     )
 
 

@@ -115,7 +115,7 @@ def test_new_from_a_scene_copies_it(elsewhere, capsys):
     assert (elsewhere / "cloud.toml").read_text() == evrard.replace('name = "evrard"', 'name = "cloud"')
     assert "wrote cloud.toml" in capsys.readouterr().out
     assert main(["new", "--from", "evrad", "other.toml"]) == 2
-    assert capsys.readouterr().err.endswith("there is no scene 'evrad' to copy; did you mean 'evrard'.\n")
+    assert capsys.readouterr().err.endswith("there is no scene 'evrad' to copy; did you mean 'evrard'?\n")
     assert not (elsewhere / "other.toml").exists()
     with pytest.raises(SystemExit):
         main(["new", "--help"])

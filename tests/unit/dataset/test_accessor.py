@@ -75,7 +75,7 @@ def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) ->
         (lambda i: i.plot_spin(size=3), SceneError, "size must be width and height in inches, not 3."),
         (lambda i: i.plot_spin(size=(3, -1)), SceneError, "size must be width and height in inches, not (3, -1)."),
         (lambda i: i.plot_density(), AbsentError, "this dataset has no snapshots to draw."),
-        (lambda i: i.quantity("mas"), AbsentError, "this dataset has no 'mas'; did you mean 'mass'."),
+        (lambda i: i.quantity("mas"), AbsentError, "this dataset has no 'mas'; did you mean 'mass'?"),
         (lambda i: i.about_axis("q"), SceneError, 'an axis is "x", "y", "z", "spin" or a vector, not \'q\''),
         (lambda i: i.spin_scaling("mass"), SceneError, 'the scaling laws are "inertia" and "radius", not \'mass\''),
         (lambda i: i.moment_ratio(3 * u.s), SceneError, "radius: must be a length, not 3 s"),

@@ -188,7 +188,9 @@ def test_a_piped_page_is_markdown(capsys):
     assert capsys.readouterr().out == pages.readable("ledger")
 
 
-@pytest.mark.parametrize(("wrong", "right"), [("ledgr", "'ledger'"), ("Effect", "'effects'"), ("zzz", "lists them")])
+@pytest.mark.parametrize(
+    ("wrong", "right"), [("ledgr", "'ledger'?\n"), ("Effect", "'effects'?\n"), ("zzz", "lists them.\n")]
+)
 def test_a_wrong_topic_gets_one_sentence(wrong, right, capsys):
     assert main(["guide", wrong]) == 2
     caught = capsys.readouterr()

@@ -124,7 +124,7 @@ def test_quantities_have_units_and_what_follows_is_there(tmp_path: Path) -> None
     assert {"time", "positions", "inertia_tensor", "angular_velocity"} <= set(dir(first))
     with pytest.raises(AbsentError, match=r"this state has no attitude: only a rigid body has axes of its own\."):
         _ = first.attitude
-    with pytest.raises(AbsentError, match=r"a state has no 'mas'; did you mean 'mass'\."):
+    with pytest.raises(AbsentError, match=r"a state has no 'mas'; did you mean 'mass'\?"):
         _ = first.mas
     assert repr(first) == "RunState(time=0 s, step=0, model='sph', 100 particles)"
 

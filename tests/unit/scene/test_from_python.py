@@ -191,7 +191,7 @@ LOOP["rotation"] = LOOP
         (with_value("effects", [3]), "effects[0]: must be a kind, or a table with its kind, not 3."),
         (with_value("effects", [{"kind": []}]), "effects[0]: its kind must be text, not a list."),
         (with_value("effects", ["gravity", "gravity"]), "[effects.gravity] is listed twice."),
-        (with_value("effects", "gravty"), "[effects] gravty is not a known effect; did you mean 'gravity'."),
+        (with_value("effects", "gravty"), "[effects] gravty is not a known effect; did you mean 'gravity'?"),
         (with_value("effects.gravity", None), "[effects] gravity: must be text, a number"),
         (
             with_value("body.mass", SimpleNamespace(magnitude=3.0, units="kg")),
