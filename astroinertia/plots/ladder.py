@@ -78,7 +78,8 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
         names.append(f"{model}, {particles} particles" if particles else model)
     for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], _outer_folders(datasets)):
         if len(set(names)) < len(names) and len(set(extra)) > 1:
-            names = [f"{text} ({more})" if more else text for text, more in zip(names, extra, strict=True)]
+            added = [f" ({more})" if more else "" for more in extra]
+            names = [text.removesuffix(more) + more for text, more in zip(names, added, strict=True)]
     if len(set(names)) < len(names):
         names = [f"{text} [{number + 1}]" for number, text in enumerate(names)]
     return names

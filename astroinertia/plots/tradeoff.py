@@ -157,7 +157,8 @@ def _triangle(panel, table: xr.Dataset, name: str) -> None:
 
 
 def _legend(figure, table: xr.Dataset) -> None:
-    turned = set(table["knob_turned"].values.astype(str))
+    drawn = np.isfinite(table["cpu_time"]) & np.isfinite(table["error"])
+    turned = set(table["knob_turned"].where(drawn, "").values.astype(str).ravel())
     handles = []
     for number, knob in enumerate(table["knob"].values):
         if str(knob) in turned:
@@ -168,12 +169,15 @@ def _legend(figure, table: xr.Dataset) -> None:
         handles.append(
             Line2D([], [], marker=marker, color=colour, linestyle="", markersize=10, label="several, balanced")
         )
-    handles.append(
-        Line2D([], [], marker="o", linestyle="", markersize=13, markerfacecolor="none", markeredgecolor=style.INK,
-               label="base")
-    )  # fmt: skip
-    handles.append(Line2D([], [], color=style.PALE, linewidth=7, label="Pareto front"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
+    if bool((drawn & table["is_base"]).any()):
+        handles.append(
+            Line2D([], [], marker="o", linestyle="", markersize=13, markerfacecolor="none", markeredgecolor=style.INK,
+                   label="base")
+        )  # fmt: skip
+    if bool((drawn & table["pareto"]).any()):
+        handles.append(Line2D([], [], color=style.PALE, linewidth=7, label="Pareto front"))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
 
 
 def _limits(panel, seconds: np.ndarray, error: np.ndarray) -> None:

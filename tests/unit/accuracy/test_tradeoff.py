@@ -203,6 +203,16 @@ def test_the_file_explains_itself_and_is_drawn(whole):
     assert any(np.allclose(np.sort(xy[:, 0]), np.sort(data["cpu_time"].values[front])) for xy in drawn)
 
 
+def test_the_legend_has_what_is_drawn(whole):
+    data = table.read(table.write(whole))
+    everything = {text.get_text() for text in tradeoff_figure(data).legends[0].get_texts()}
+    assert {"base", "Pareto front", "particles", "precision"} <= everything
+    of_precision = data["error"].where(data["knob_turned"] == "precision")
+    (legend,) = tradeoff_figure(data.assign(error=of_precision, pareto=0 * data["pareto"])).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["precision"]
+    assert not tradeoff_figure(data.assign(error=np.nan * data["error"])).legends
+
+
 @pytest.mark.full
 def test_without_an_exact_answer_the_finest_runs_are_extrapolated(formula, tmp_path):
     text = SCENE.replace("entropy = 0.46", "specific_internal_energy = 0.4")  # not isentropic: no exact solution

@@ -62,6 +62,13 @@ def test_models_are_in_order_and_have_labels(fine, particles):
     assert ladder.labels([fine, fine]) == ["ellipsoid [1]", "ellipsoid [2]"]
 
 
+def test_a_label_has_a_name_once_where_the_folder_has_it_too(fine):
+    runs = [fine.assign_attrs(name=name) for name in ("core", "core", "other")]
+    for run, folder in zip(runs, ("core", "again", "other"), strict=True):
+        run.encoding["source"] = f"/runs/{folder}/core.nc"
+    assert ladder.labels(runs) == ["ellipsoid (core)", "ellipsoid (core) (again)", "ellipsoid (other)"]
+
+
 def test_round_off_is_neither_compared_nor_drawn_as_a_change(fine):
     noise = 2.2e-16 * np.resize([1.0, -1.0], fine.sizes["time"])
     shape, radius = fine.ellipsoid_flattening, fine.mean_radius
