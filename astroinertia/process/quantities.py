@@ -349,7 +349,11 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
     try:
         bound = signature.bind(*args, **options)
     except TypeError as wrong:
-        return InputTypeError(f"{name}: {wrong}.")
+        listed = [
+            key for key, one in signature.parameters.items() if key != "self" and one.kind <= one.POSITIONAL_OR_KEYWORD
+        ]
+        hint = f"; it takes {', '.join(listed) or 'none'}" if "too many" in str(wrong) else ""
+        return InputTypeError(f"{name}: {wrong}{hint}.")
     if any(f"unexpected keyword argument '{key}'" in str(first) for key in options):  # passed on by the function
         return InputTypeError(f"{name}: {str(first).partition('() ')[2]}.")
     for key, value in bound.arguments.items():

@@ -162,6 +162,8 @@ def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) 
 
     use: "moment_ratio" (the adopted one), "love_number" (the fluid k2 that J2 or C22 stands for in equilibrium), or
     both. settings: as for `infer_interior`. SceneError for a body without these, or for which nothing is assumed.
+
+    The usual 4 chains of 2000 draws take most of a minute; for a quick look, `draws=200, chains=2` take a few seconds.
     """
     if isinstance(use, str):
         raise SceneError(f"use must be a list of quantities, such as [{use!r:.60}], not text")

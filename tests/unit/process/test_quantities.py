@@ -232,6 +232,7 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
         (lambda: sample(1.0, index=-1), InputError, "index must not be negative"),
         (lambda: sample(), InputTypeError, "sample: missing a required argument: 'mass'."),
         (lambda: sample(1.0, mas=1.0), InputTypeError, "sample: got an unexpected keyword argument 'mas'."),
+        (lambda: sample(1, 2, 3), InputTypeError, "sample: too many positional arguments; it takes mass, radius."),
         (lambda: sample(None), InputTypeError, "mass of sample must be a number, not None."),
         (lambda: sample({}, 2.0), InputTypeError, "mass of sample must be a number, not something of the type dict."),
         (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not 'x'."),
