@@ -62,7 +62,7 @@ def read_equation(path: str | Path) -> TableEquation:
     """The table of a file (.csv, .npz, .h5, .hdf5); SceneError that says what is wrong with it."""
     path, what = Path(path), COLUMNS.what
     check_file(path, what, tuple(READERS))
-    columns = READERS[path.suffix.lower()](path, COLUMNS)
+    columns, _ = READERS[path.suffix.lower()](path, COLUMNS)
     if columns["density"].size > COLUMNS.most:
         raise SceneError(f"{what} {path} has more than {COLUMNS.most} rows")
     check_numbers(path, what, columns, "row")

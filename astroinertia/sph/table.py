@@ -22,15 +22,17 @@ from astroinertia.sph.table_netcdf import netcdf_columns
 from astroinertia.sph.table_phantom import is_dump, read_dump
 from astroinertia.storage.columns import (
     Columns,
+    Read,
     check_file,
     check_numbers,
     check_size,
     csv_columns,
-    csv_states_units,
     hdf5,
     npz_columns,
+    scaled,
+    unit_scales,
 )
-from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_vectors
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_units, split_vectors
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 REQUIRED = ("mass", "x", "y", "z")
@@ -73,19 +75,23 @@ class Table:
     columns: tuple[str, ...] = ()
 
 
-def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES) -> Table:
-    """Particles of a file, `fewest` or more, in SI where it states its units; SceneError that says what is wrong."""
+def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[str, ...] = ()) -> Table:
+    """Particles of a file, `fewest` or more, in SI where it states its units; SceneError that says what is wrong.
+
+    beside: endings of other files that the caller takes, for what is said of a file that is neither.
+    """
     path = Path(path)
     if is_dump(path):
         check_size(path, COLUMNS.what)
         dump = read_dump(path, MAX_PARTICLES, COLUMNS.what)
         return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
-    check_file(path, COLUMNS.what, tuple(_READERS))
+    check_file(path, COLUMNS.what, (*_READERS, *beside))
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
-    columns, units = (_READERS[suffix](path, COLUMNS), None) if snapshot is None else snapshot
-    table = _checked(path, columns, fewest, units, snapshot is not None)
-    return replace(table, units=SI) if suffix in _CSV and csv_states_units(path, COLUMNS) else table
+    if snapshot is not None:
+        return _checked(path, snapshot[0], fewest, snapshot[1], True)
+    columns, stated = _READERS[suffix](path, COLUMNS)
+    return replace(_checked(path, columns, fewest, None, False), units=SI if stated else None)
 
 
 def read_body(path: str | Path, units: CodeUnits, velocity_unit: float | None = None) -> Table:
@@ -134,29 +140,25 @@ def _scaled(table: Table, mass: float, length: float, velocity: float) -> Table:
 def units_for(path: Path, in_si: bool) -> tuple[float, float] | None:
     """Units of mass (kg) and length (m) for a scene that has none, from a table; None where its numbers have none.
 
-    Those that a snapshot states; of a CSV file whose columns have units, and of any plain table that is in SI (in_si),
+    Those that a snapshot states; of a table whose columns have units, and of any plain one that is in SI (in_si),
     its mass, and the distance of its outermost particle from the centre of mass. SceneError for what cannot be read.
     """
-    own = None
     if is_dump(path):
         check_size(path, COLUMNS.what)
         own = read_dump(path, MAX_PARTICLES, COLUMNS.what).units
-        in_si = False
-    else:
-        check_file(path, COLUMNS.what, tuple(_READERS))
-        suffix = path.suffix.lower()
-        own = snapshot_units(path, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
-        in_si = in_si or (suffix in _CSV and csv_states_units(path, COLUMNS))
+        return None if own is None or own.all_one else (own.mass, own.length)
+    check_file(path, COLUMNS.what, tuple(_READERS))
+    own = snapshot_units(path, COLUMNS.what) if path.suffix.lower() in HDF5_SUFFIXES else None
     if own is not None:
         return None if own.all_one else (own.mass, own.length)
     facts = path.stat()
-    return _extent(path, facts.st_size, facts.st_mtime_ns) if in_si else None
+    return _extent(path, in_si, facts.st_size, facts.st_mtime_ns)
 
 
 @lru_cache(maxsize=8)  # members of a sweep have one table
-def _extent(path: Path, size: int, changed: int) -> tuple[float, float] | None:
+def _extent(path: Path, in_si: bool, size: int, changed: int) -> tuple[float, float] | None:
     table = read_table(path)
-    if table.units == UNKNOWN:
+    if table.units != SI and (table.units == UNKNOWN or not in_si):
         return None
     total = float(table.mass.sum())
     about = np.linalg.norm(table.position - table.mass @ table.position / total, axis=1).max()
@@ -165,15 +167,18 @@ def _extent(path: Path, size: int, changed: int) -> tuple[float, float] | None:
     return total, float(about)
 
 
-def _netcdf(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    arrays = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, wanted.named)
+def _netcdf(path: Path, wanted: Columns) -> Read:
+    arrays, units = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, wanted.named)
     columns = split_vectors(f"{wanted.what} {path}", arrays)
     wanted.check(path, list(columns))
-    return columns
+    return scaled(columns, unit_scales(path, wanted, columns, split_units(units)))
 
 
-_CSV = (".csv", ".ecsv")
-_READERS = dict.fromkeys(_CSV, csv_columns) | {".npz": npz_columns, ".nc": _netcdf} | dict.fromkeys(HDF5_SUFFIXES, hdf5)
+_READERS = (
+    dict.fromkeys((".csv", ".ecsv"), csv_columns)
+    | {".npz": npz_columns, ".nc": _netcdf}
+    | dict.fromkeys(HDF5_SUFFIXES, hdf5)
+)
 
 
 def _checked(path: Path, columns: dict[str, np.ndarray], fewest: int, units: FileUnits | None, snapshot: bool) -> Table:

@@ -1,5 +1,6 @@
 """Particle tables in netCDF: the last snapshot of a run, or columns as variables, from files of anybody's.
 
+Vectors have their components in the order that labels of a dimension say, which is then the last; units are attributes.
 Files of netCDF-4 are HDF5, and are looked at before netCDF opens them. Those of the classic format are read by scipy,
 in Python: netCDF's own reader believes what their headers say, and damaged ones have crashed it.
 Tests: tests/unit/sph/test_initial_particles.py, tests/hard/test_malformed_files.py.
@@ -14,16 +15,20 @@ import numpy as np
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.storage import hdf5_structure, trailer
 from astroinertia.storage.bounded import check_proportion, plain_text
-from astroinertia.storage.table_hdf5 import VECTORS
+from astroinertia.storage.table_hdf5 import VECTORS, stated_unit
+from astroinertia.units import shown
 
 _CLASSIC = (b"CDF\x01", b"CDF\x02")
+_LONGEST_LABELS = 300  # characters of the labels of three components
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}
 
+_Read = tuple[dict[str, np.ndarray], dict[str, str]]
 
-def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
-    """Columns by name, of which `names` are wanted, as float64, (N,) or those of vectors (N, 3); N at most `most`.
 
-    named: a column's own name. SceneError that says what is wrong with the file.
+def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> _Read:
+    """Columns by name, of which `names` are wanted, as float64, (N,) or those of vectors (N, 3), and units of them.
+
+    N is at most `most`. named: a column's own name. SceneError that says what is wrong with the file.
     """
     what = f"particle table {path}"
     try:
@@ -39,7 +44,7 @@ def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callabl
         raise SceneError(f"{what} is not the result of a run, nor a netCDF file of columns ({reason})") from error
 
 
-def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
+def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> _Read:
     import netCDF4  # only here: most runs read no file
 
     with netCDF4.Dataset(path) as file:
@@ -50,13 +55,15 @@ def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
             chosen = {name: snapshots[own] for name, own in _OF_A_SNAPSHOT.items()}
             count = snapshots["mass"].shape[0]
             _check(path, chosen, most * count, 1 / count)
-            return {name: _plain(variable[-1]) for name, variable in chosen.items()}
+            labels = _labels(path, snapshots.variables, chosen)
+            return _read(path, chosen, {name: variable[-1] for name, variable in chosen.items()}, labels)
         chosen = _chosen(file.variables, names, named)
         _check(path, chosen, most)
-        return {name: _plain(variable[:]) for name, variable in chosen.items()}
+        labels = _labels(path, file.variables, chosen)
+        return _read(path, chosen, {name: variable[:] for name, variable in chosen.items()}, labels)
 
 
-def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> dict[str, np.ndarray]:
+def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> _Read:
     from scipy.io import netcdf_file
 
     with path.open("rb") as file:
@@ -66,7 +73,8 @@ def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
         chosen = _chosen(file.variables, names, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
             raise SceneError(f"particle table {path} has more than {most} particles")
-        return {name: _plain(_written(variable)) for name, variable in chosen.items()}
+        labels = _labels(path, file.variables, chosen)
+        return _read(path, chosen, {name: _written(variable) for name, variable in chosen.items()}, labels)
 
 
 def _written(variable: Any) -> np.ma.MaskedArray:
@@ -105,6 +113,47 @@ def _check(path: Path, chosen: dict[str, Any], most: int, share: float = 1.0) ->
         whole += 8.0 * size * share
         whole += 0.0 if isinstance(chunks, str) else variable.dtype.itemsize * np.prod(chunks, dtype=float)
     check_proportion("it", whole, path)
+
+
+def _read(path: Path, chosen: dict[str, Any], values: dict[str, Any], labels: dict[str, list[str]]) -> _Read:
+    columns = {}
+    for name, column in values.items():
+        dims = chosen[name].dimensions[-column.ndim :]  # without that of the snapshots
+        columns[name] = _in_order(path, name, _plain(column), [labels.get(dim) for dim in dims])
+    units = {name: stated_unit(getattr(variable, "units", "")) for name, variable in chosen.items()}
+    return columns, {name: unit for name, unit in units.items() if unit}
+
+
+def _labels(path: Path, variables: Any, chosen: dict[str, Any]) -> dict[str, list[str]]:
+    """Labels of dimensions of vectors that have three, where they are text or do not just count upwards."""
+    found = {}
+    for dim in {dim for name in VECTORS if name in chosen for dim in chosen[name].dimensions}:
+        variable = variables.get(dim)
+        if variable is None or variable.shape[:1] != (3,) or np.prod(variable.shape) > _LONGEST_LABELS:
+            continue
+        chunks = getattr(variable, "chunking", str)()  # netCDF's own may be larger than the variable
+        if not isinstance(chunks, str):
+            check_proportion("it", 16 * np.prod(chunks, dtype=float), path)
+        values = np.ma.getdata(variable[:])
+        if values.dtype.kind in "fiu" and values.ndim == 1 and (np.diff(values) > 0).all():
+            continue
+        rows = [np.ravel(row).tolist() for row in values]
+        found[dim] = ["".join(part.decode() if isinstance(part, bytes) else str(part) for part in row) for row in rows]
+    return found
+
+
+def _in_order(path: Path, name: str, column: np.ndarray, labels: list[list[str] | None]) -> np.ndarray:
+    """A vector with x, y, z last and in this order, where labels say which is which; SceneError for other labels."""
+    if name not in VECTORS:
+        return column
+    for axis, own in enumerate(labels):
+        letters = [label.strip("\0 ").lower().removeprefix("v") for label in own or ()]
+        if sorted(letters) == ["x", "y", "z"]:
+            return np.moveaxis(column, axis, -1)[..., np.argsort(letters)]
+    if labels and labels[-1] is not None:
+        said = shown(", ".join(labels[-1]))
+        raise SceneError(f"particle table {path}: the components of {name} are {said}, and not x, y, z")
+    return column
 
 
 def _plain(values: Any) -> np.ndarray:

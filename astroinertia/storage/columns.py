@@ -2,7 +2,8 @@
 
 A CSV file names its columns in the first line that is not a comment (#), or in the comment right before numbers, as
 NumPy's savetxt writes it; all of them with units or none: "x (km)" or "x [km]"; a table of astropy (ECSV) has the units
-in its comments. An npz file holds one array a column, never pickled objects; of h5 and hdf5 files, table_hdf5.py tells.
+in its comments. An npz file holds one array a column, never pickled objects; h5 and hdf5 files are those of
+table_hdf5.py.
 Tests: tests/unit/sph/test_initial_particles.py.
 """
 
@@ -10,7 +11,7 @@ import csv
 import itertools
 import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
@@ -19,21 +20,29 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.storage.bounded import npz_members, plain_text
-from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, VECTORS, hdf5_columns, split_vectors
+from astroinertia.storage.table_hdf5 import (
+    ASTROPY_UNIT,
+    SUFFIXES as HDF5_SUFFIXES,
+    VECTORS,
+    hdf5_columns,
+    split_vectors,
+)
 from astroinertia.units import quantity, shown
 
 MAX_BYTES = 2**30
 _MAX_LINE = 1024
 _MOST_PASSED = 100_000
 _HEAD = re.compile(r"\s*(\w{1,40})\s*(?:\[([^\[\]]{1,40})\]|\(([^()]{1,40})\))\s*")
-_ECSV, _ECSV_UNIT = "# %ECSV", re.compile(r"# - \{name: ([^,}]{1,40}), unit: ([^,}]{1,40}),")
+_ECSV = "# %ECSV"
+Read = tuple[dict[str, np.ndarray], bool]
+"""Columns by name, in SI where their file states their units, and whether it does."""
 
 
 @dataclass(frozen=True)
 class Columns:
     """What a file should hold: how messages call it, its columns, other names for them, and the most rows.
 
-    dimensions: of the columns, where a CSV file may state their units.
+    dimensions: of the columns, where a file may state their units.
     """
 
     what: str
@@ -60,6 +69,8 @@ class Columns:
             if missing:
                 wrong = f"lacks {', '.join(missing)}" + (f", and has {shown(', '.join(odd), 80)}" if odd else "")
             has = f"its columns are {', '.join(self.required)} and maybe {', '.join(self.optional)}"
+            if len(names) == 1 and missing and re.search(r"[\s;]", names[0]):
+                has = f"{has}, with commas between them"
             raise SceneError(f"{self.what} {path} {wrong}; {has}")
 
 
@@ -95,12 +106,12 @@ def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], row_
             raise SceneError(f"{what} {path}: {name} of row {int(np.argmin(np.isfinite(column))) + 1} is not finite")
 
 
-def csv_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    """The columns of a CSV file by name, in SI where its head states units."""
+def csv_columns(path: Path, wanted: Columns) -> Read:
+    """The columns of a CSV file, which may state units in its head."""
     numbers, rows = array("d"), 0  # eight bytes each, where a list of floats takes forty
     names, units, delimiter = _head(path, wanted)
     wanted.check(path, names)
-    scales = np.array([_scale(path, wanted, name, units[name]) if units else 1.0 for name in names])
+    scales = unit_scales(path, wanted, names, units)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = csv.reader(_limited(f"{wanted.what} {path}", file), delimiter=delimiter)
@@ -115,12 +126,7 @@ def csv_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
     except (ValueError, csv.Error) as error:
         raise SceneError(f"{wanted.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
     columns = np.array(numbers, dtype=float).reshape(-1, len(names)).T
-    return dict(zip(names, columns * scales[:, None] if units else columns, strict=True))
-
-
-def csv_states_units(path: Path, wanted: Columns) -> bool:
-    """Whether the head of a CSV file states the units of its columns; SceneError where it does so of some only."""
-    return bool(_head(path, wanted)[1])
+    return scaled(dict(zip(names, columns, strict=True)), scales)
 
 
 def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str]:
@@ -138,11 +144,26 @@ def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str]:
     names = [wanted.named(head.strip() if part is None else part[1]) for head, part in zip(heads, parts, strict=True)]
     units = {name: part[2] or part[3] for name, part in zip(names, parts, strict=True) if part is not None}
     if of_astropy and wanted.dimensions:
-        units |= {wanted.named(one[1]): one[2] for one in map(_ECSV_UNIT.match, comments) if one is not None}
-    if units and (without := [name for name in names if name not in units]):
+        units |= {wanted.named(one[1]): one[2] for one in map(ASTROPY_UNIT.match, comments) if one is not None}
+    return names, units, delimiter
+
+
+def unit_scales(path: Path, wanted: Columns, names: Iterable[str], units: Mapping[str, str]) -> dict[str, float]:
+    """What columns are to be multiplied by to be in SI; nothing where there are no units, or where none is looked for.
+
+    SceneError where some columns have a unit and others have none, and for what is no unit of a column.
+    """
+    if not units or not wanted.dimensions:
+        return {}
+    if without := [name for name in names if name not in units]:
         with_unit = next(iter(units))
         raise SceneError(f"{wanted.what} {path}: its column {without[0]} has no unit, but {with_unit} has one")
-    return names, units, delimiter
+    return {name: _scale(path, wanted, name, units[name]) for name in names}
+
+
+def scaled(columns: dict[str, np.ndarray], scales: Mapping[str, float]) -> Read:
+    """Columns in SI, and whether they had units."""
+    return {name: column * scales[name] for name, column in columns.items()} if scales else columns, bool(scales)
 
 
 def _scale(path: Path, wanted: Columns, name: str, unit: str) -> float:
@@ -192,8 +213,8 @@ def _limited(name: str, file: TextIO, comments: list[str] | None = None) -> Iter
                 comments.append(line)
 
 
-def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    """The columns of an npz file by name; position and velocity may be of three numbers a row."""
+def npz_columns(path: Path, wanted: Columns) -> Read:
+    """The columns of an npz file, which states no units; position and velocity may be of three numbers a row."""
     try:
         members = npz_members(path)
         names = {wanted.named(name): name for name in members}
@@ -202,18 +223,21 @@ def npz_columns(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
         if wrong := [name for name, column in arrays.items() if column.dtype.kind not in "fiu"]:
             raise ValueError(f"its column {wrong[0]} is not of numbers")
         columns = {name: np.asarray(column, dtype=float) for name, column in arrays.items()}
-        return split_vectors(f"{wanted.what} {path}", columns)
+        return split_vectors(f"{wanted.what} {path}", columns), False
     except SceneError:
         raise
     except Exception as error:  # zipfile and what it unpacks with fail in their own ways
         raise SceneError(f"{wanted.what} {path} is not an npz file of plain numbers ({plain_text(error)})") from error
 
 
-def hdf5(path: Path, wanted: Columns) -> dict[str, np.ndarray]:
-    """The columns of an HDF5 file by name."""
-    columns = hdf5_columns(path, (*wanted.required, *wanted.optional, *wanted.aliases), wanted.most, wanted.what)
-    wanted.check(path, [wanted.named(name) for name in columns])
-    return {wanted.named(name): column for name, column in columns.items()}
+def hdf5(path: Path, wanted: Columns) -> Read:
+    """The columns of an HDF5 file, which may have units as attributes."""
+    names = (*wanted.required, *wanted.optional, *wanted.aliases)
+    columns, units = hdf5_columns(path, names, wanted.most, wanted.what)
+    own = [wanted.named(name) for name in columns]
+    wanted.check(path, own)
+    scales = unit_scales(path, wanted, own, {wanted.named(name): unit for name, unit in units.items()})
+    return scaled(dict(zip(own, columns.values(), strict=True)), scales)
 
 
 READERS = {".csv": csv_columns, ".npz": npz_columns} | dict.fromkeys(HDF5_SUFFIXES, hdf5)

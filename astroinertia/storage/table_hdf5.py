@@ -2,11 +2,12 @@
 
 The columns, such as mass, x, y, z of particles, stand at the root, or in the one group that holds them, as datasets of
 those names, or with position and velocity of shape (N, 3) instead; or as the fields of one structured dataset, as
-astropy and PyTables write them. Other datasets are passed over. Links to other files
-are not followed.
+astropy and PyTables write them. Units of a column are its attribute `units`, or what astropy keeps beside a structured
+dataset. Other datasets are passed over. Links to other files are not followed.
 Tests: tests/unit/storage/test_table_hdf5.py.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,15 +20,21 @@ from astroinertia.storage.bounded import check_proportion, plain_text
 
 SUFFIXES = (".h5", ".hdf5")
 VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
+ASTROPY_UNIT = re.compile(r"(?:# )?- \{name: ([^,}]{1,40}), unit: ([^,}]{1,40}),")
+"""A line in which astropy says the name and the unit of a column."""
+_OF_ASTROPY = ".__table_column_meta__"  # the dataset of such lines beside a structured one
 _MOST_MEMBERS = 1000  # names that are looked at in a group
+_MOST_BYTES = 2**20  # of what says units
 Member = tuple[Any, str | None]
 """A dataset of h5py, and its field where it is structured."""
 
 
-def hdf5_columns(path: Path, names: tuple[str, ...], most: int, what: str) -> dict[str, np.ndarray]:
-    """Columns (N,) of a file by name, as float64, of which `names` are wanted; N at most `most`.
+def hdf5_columns(
+    path: Path, names: tuple[str, ...], most: int, what: str
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Columns (N,) of a file by name, as float64, of which `names` are wanted, and the units that it states of them.
 
-    what: how messages call the file.
+    N is at most `most`. what: how messages call the file.
 
     SceneError that says what is wrong with the file, or that h5py is not installed.
     """
@@ -39,7 +46,7 @@ def hdf5_columns(path: Path, names: tuple[str, ...], most: int, what: str) -> di
             if inside and columns:
                 raise SceneError(f"{name} has columns in more than one group")
             columns = columns or inside
-        return split_vectors(name, numbers(path, name, columns, most))
+        return split_vectors(name, numbers(path, name, columns, most)), split_units(_units(h5py, name, columns))
 
 
 @contextmanager
@@ -69,6 +76,45 @@ def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.
         else:
             split |= dict(zip(VECTORS[name], column.T, strict=True))
     return split
+
+
+def split_units(units: Mapping[str, str]) -> dict[str, str]:
+    """The units by column, those of position and velocity as three columns' each."""
+    return {part: unit for name, unit in units.items() for part in VECTORS.get(name, (name,))}
+
+
+def stated_unit(attribute: Any) -> str:
+    """The text of an attribute `units`; empty for a number without a unit, and where there is none."""
+    value = attribute.item() if isinstance(attribute, np.ndarray | np.generic) and attribute.size == 1 else attribute
+    text = (value.decode(errors="replace") if isinstance(value, bytes) else str(value)).strip()
+    return "" if text == "1" else text
+
+
+def _units(h5py: Any, file_name: str, columns: Mapping[str, Member]) -> dict[str, str]:
+    """What is stated of the units of columns, by name."""
+    units = {}
+    for name, (dataset, field) in columns.items():
+        if field is None and "units" in dataset.attrs:
+            if dataset.attrs.get_id("units").get_storage_size() > _MOST_BYTES:
+                raise SceneError(f"{file_name}: the units of {name} are no text")
+            units[name] = stated_unit(dataset.attrs["units"])
+        elif field is not None:
+            units[name] = _of_astropy(h5py, dataset).get(field, "")
+    return {name: unit for name, unit in units.items() if unit}
+
+
+def _of_astropy(h5py: Any, table: Any) -> dict[str, str]:
+    """The units by field of a table that astropy has written with them."""
+    beside = table.name.rpartition("/")[2] + _OF_ASTROPY
+    if not _is_own(h5py, table.parent, beside):
+        return {}
+    lines = table.parent[beside]
+    if not isinstance(lines, h5py.Dataset) or lines.dtype.kind != "S" or lines.is_virtual or lines.external:
+        return {}
+    if lines.dtype.itemsize * max(lines.size, np.prod(lines.chunks or (), dtype=float)) > _MOST_BYTES:
+        return {}
+    said = (ASTROPY_UNIT.match(line.decode(errors="replace")) for line in np.ravel(lines[()]))
+    return {one[1]: one[2] for one in said if one is not None}
 
 
 def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, Member]:

@@ -97,7 +97,7 @@ def read_matter(
             return matter
     if snapshot is not None:
         raise SceneError(f"{path} has no snapshots to choose from")
-    table = read_table(path, fewest=1)
+    table = read_table(path, fewest=1, beside=FORMATS)
     if table.units == SI and units != PLAIN:
         raise SceneError(f"{path} says which units it is in; leave --units out")
     text = ", ".join(filter(None, [_counted(table.mass.size), table.note]))

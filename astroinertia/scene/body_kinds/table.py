@@ -59,7 +59,7 @@ class TableBody(Unknown, Body):
                 'a snapshot in those of GADGET [units] mass = "1e10 Msun", length = "1 kpc" and [body] '
                 'velocity_unit = "1 km/s".'
                 if snapshot
-                else 'heads of CSV columns may have units: "x (km)".'
+                else 'columns may have units: in CSV "x (km)", in HDF5 and netCDF as the attribute units.'
             )
         )
 

@@ -4,9 +4,13 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
+from astropy import units as u
+from astropy.table import QTable
 
 from astroinertia.errors import SceneError
-from astroinertia.sph.table import read_table
+from astroinertia.sph.table import read_table, units_for
+from astroinertia.units import SOLAR_MASS
 
 VALUES = np.random.default_rng(5).random((6, 8))
 NAMES = ("mass", "x", "y", "z", "vx", "vy", "vz", "u")
@@ -133,3 +137,73 @@ def test_what_is_no_hdf5_file_and_what_is_cut_off(tmp_path):
     for name in ("junk.h5", "cut.h5"):
         with pytest.raises(SceneError, match="not an HDF5 file that can be read"):
             read_table(tmp_path / name)
+
+
+def as_hdf5(path, mass, position, units, labels):
+    with h5py.File(path, "w") as file:
+        file["mass"], file["position"] = mass, position
+        for name, unit in zip(("mass", "position"), units, strict=True):
+            file[name].attrs["units"] = unit
+
+
+def as_netcdf(path, mass, position, units, labels, **how):
+    data = xr.Dataset({"mass": ("particle", mass), "position": (("particle", "i"), position)})
+    for name, unit in zip(("mass", "position"), units, strict=True):
+        data[name].attrs["units"] = unit
+    data = data if labels is None else data.assign_coords(i=labels)
+    data.transpose(*how.pop("order", ("particle", "i"))).to_netcdf(path, **how)
+
+
+def as_classic(*given, **how):
+    as_netcdf(*given, engine="scipy", format="NETCDF3_64BIT", **how)
+
+
+FORMATS = {"p.hdf5": as_hdf5, "p.nc": as_netcdf, "classic.nc": as_classic}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_units_of_columns_are_those_that_their_attributes_state(tmp_path, name):
+    def written(*units):
+        FORMATS[name](tmp_path / name, VALUES[:, 0], VALUES[:, 1:4], units, None)
+        return read_table(tmp_path / name)
+
+    table = written("Msun", "km")
+    assert table.units == "SI"
+    np.testing.assert_allclose(table.mass, VALUES[:, 0] * SOLAR_MASS, rtol=1e-9)
+    np.testing.assert_allclose(table.position, VALUES[:, 1:4] * 1e3, rtol=1e-15)
+    without = written("1", "1")
+    assert without.units is None
+    np.testing.assert_array_equal(without.position, VALUES[:, 1:4])
+    with pytest.raises(SceneError, match="its column x has no unit, but mass has one"):
+        written("kg", "1")
+    with pytest.raises(SceneError, match="the unit of x: '1 s' is not a length"):
+        written("kg", "s")
+
+
+def test_a_scene_has_the_units_of_the_columns_of_its_table(tmp_path):
+    for name, write in FORMATS.items():
+        write(tmp_path / name, VALUES[:, 0], VALUES[:, 1:4], ("Msun", "km"), None)
+        mass, length = units_for(tmp_path / name, in_si=False)
+        assert mass == pytest.approx(VALUES[:, 0].sum() * SOLAR_MASS, rel=1e-9)
+        assert 1e2 < length < 2e3
+
+
+def test_a_table_of_astropy_has_the_units_that_stand_beside_it(tmp_path):
+    table = QTable({"mass": VALUES[:, 0] * u.Msun, "position": VALUES[:, 1:4] * u.km})
+    table.write(tmp_path / "p.h5", path="particles", serialize_meta=True)
+    found = read_table(tmp_path / "p.h5")
+    assert found.units == "SI"
+    np.testing.assert_allclose(found.mass, VALUES[:, 0] * SOLAR_MASS, rtol=1e-9)
+    np.testing.assert_allclose(found.position, VALUES[:, 1:4] * 1e3, rtol=1e-15)
+
+
+@pytest.mark.parametrize("write", [as_netcdf, as_classic])
+@pytest.mark.parametrize("order", [("particle", "i"), ("i", "particle")])
+def test_components_of_a_vector_are_those_that_its_labels_say(tmp_path, write, order):
+    given = (tmp_path / "p.nc", VALUES[:, 0], VALUES[:, 3:0:-1], ("1", "1"))
+    write(*given, ["z", "y", "x"], order=order)
+    np.testing.assert_array_equal(read_table(tmp_path / "p.nc").position, VALUES[:, 1:4])
+    for labels in (["r", "theta", "phi"], [2, 1, 0]):
+        write(*given, labels)
+        with pytest.raises(SceneError, match=f"components of position are {labels[0]}, .*, and not x, y, z"):
+            read_table(tmp_path / "p.nc")

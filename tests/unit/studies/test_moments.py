@@ -270,6 +270,7 @@ def test_the_command_draws(box, tmp_path, capsys):
         (["p.csv", "--about", "1e200,0,0"], "too large for a number"),
         (["far.csv"], "too large for a number"),
         (["p.csv", "--density", "2"], "not a mesh"),
+        (["p.glb"], "must be a .csv, .ecsv, .npz, .nc, .h5, .hdf5, .stl, .obj, .ply or .off file"),
         (["ball.obj", "--density", "-2"], "density of a mesh must be positive"),
         (["p.csv", "--snapshot", "0"], "no snapshots"),
         (["p.csv", "--gravity-field", "-1"], "the degree must be a whole number from 0 to 80, not -1"),
@@ -288,7 +289,7 @@ def test_what_is_wrong_gets_one_sentence_and_writes_nothing(arguments, words, tm
     vertices, faces = icosphere(0)
     write_mesh(tmp_path / "ball.obj", vertices, faces)
     write_mesh(tmp_path / "open.obj", vertices, faces[1:])
-    for name in ("junk.nc", "junk.h5"):
+    for name in ("junk.nc", "junk.h5", "p.glb"):
         (tmp_path / name).write_bytes(bytes(range(256)))
     before = sorted(tmp_path.iterdir())
     assert main(["moments", *arguments]) == 2
