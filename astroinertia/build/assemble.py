@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from astroinertia.build import companions
 from astroinertia.build.effects import effects_of
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
@@ -227,7 +228,7 @@ def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:
         **_numerics(scene),
         "effects": [kind for kind in scene.entries if kind in scene.effects],
         **({"box": _sides(scene)} if scene.box else {}),
-        "companions": [companion.name for companion in scene.companions],
+        "companions": companions.names(scene, units),
         "skipped_effects": {
             kind: f"a numerical device of particles, which the model {scene.model} does not need"
             for kind, entry in scene.entries.items()

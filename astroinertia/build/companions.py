@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.schema import Scene
 from astroinertia.units import CodeUnits
 
@@ -39,17 +40,18 @@ def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 
 
+def names(scene: Scene, units: CodeUnits) -> list[str]:
+    """Names of the companions, in their order; SceneError where they are those of an archive that cannot be read."""
+    if scene.orbits.archive is None:
+        return [companion.name for companion in scene.companions]
+    return [particle.name for particle in archive_at_start(scene.orbits, scene.origin, units).particles[1:]]
+
+
 def refuse_archive(scene: Scene, units: CodeUnits, mass: float) -> None:
     """SceneError where the archive of a scene is none, or has another body than that of this mass, in code units."""
-    from astroinertia.orbits import rebound_archive  # only here: other scenes do without REBOUND
-
-    orbits = scene.orbits
-    if orbits.archive is None:
+    if scene.orbits.archive is None:
         return
-    try:
-        first = rebound_archive.snapshots(Path(scene.origin or ".") / orbits.archive, orbits.body, units)[0]
-    except ValueError as error:
-        raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
+    first = archive_at_start(scene.orbits, scene.origin, units)
     there = first.particles[0].m
     if there > 0.0 and not 1.0 / _OTHER_BODY < there / mass < _OTHER_BODY:  # test particles have no mass
         names = ", ".join(str(particle.name or number) for number, particle in enumerate(first.particles))

@@ -234,7 +234,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
         coords["sink"] = ("sink", np.arange(variables["sink_mass"][1].shape[1]), {"long_name": "sink, by age"})
     if "companion_position" in variables:
         count = variables["companion_position"][1].shape[1]
-        names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # those of an archive have numbers
+        names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # older runs have no names of archives
         coords["companion"] = ("companion", np.array(names, dtype=str), {"long_name": "companion"})
     if regions:
         meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())

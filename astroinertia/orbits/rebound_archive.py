@@ -3,7 +3,10 @@
 import json
 import subprocess
 import sys
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +14,10 @@ import numpy as np
 import rebound
 from rebound.units import hash_to_unit, lengths_SI, times_SI
 
+from astroinertia.errors import SceneWarning
 from astroinertia.orbits import rebound_archive_child
 from astroinertia.orbits.simulation import BODY
+from astroinertia.storage.atomic import temporary_folder
 from astroinertia.storage.bounded import plain_text
 from astroinertia.units import CodeUnits
 
@@ -25,8 +30,9 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     body is the name or the number of the body's particle: without it that of the name "body", else the first. With
     `units` they are in code units, G = 1, for which the archive must say what its own are (`Simulation.units`) unless
     the code units are dimensionless. They go on by IAS15, whatever the archive was made with. ValueError, in a
-    sentence, for a file that is no archive, a particle that is not there, or particles that come or go. Source: Rein &
-    Tamayo 2017, MNRAS 467, 2377. Checked by tests/unit/orbits/test_rebound_archive.py.
+    sentence, for a file that is no archive, a particle that is not there, or particles that come or go; a SceneWarning
+    where only some snapshots of a damaged file can be read. Source: Rein & Tamayo 2017, MNRAS 467, 2377. Checked by
+    tests/unit/orbits/test_rebound_archive.py.
 
     >>> import tempfile
     >>> bodies = rebound.Simulation()
@@ -39,14 +45,23 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
     >>> print(found[0].t, found[0].particles[0].name, f"{found[-1].particles[1].a:.9f}")
     0.0 body 1.000000000
     """
+    return list(_simulations(path, body, units))
+
+
+def first_snapshot(path: str | Path, body: str | int | None = None, units: CodeUnits | None = None) -> Any:
+    """The first of the `snapshots`. Checked by tests/unit/orbits/test_rebound_archive.py."""
+    return next(_simulations(path, body, units))
+
+
+def _simulations(path: str | Path, body: str | int | None, units: CodeUnits | None) -> Iterator[Any]:
     source = Path(path)
     if not source.is_file():
         raise ValueError(f"{source.name} is not a file" if source.exists() else f"there is no archive {source.name}")
-    stored = _read(source)
+    facts = source.stat()
+    stored = _read(source, facts.st_size, facts.st_mtime_ns)
     number = _number(stored.names, body)
     order = [number, *(k for k in range(len(stored.names)) if k != number)]
     length, time = _scales(stored, units, source.name)
-    simulations = []
     for moment, constant, particles in zip(stored.times, stored.constants, stored.particles, strict=True):
         fresh = rebound.Simulation()
         # What an orbit shows is G M: masses are those that it gives with G = 1.
@@ -57,8 +72,7 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
             state = dict(zip(keys, map(float, (*place, *speed)), strict=True))
             fresh.add(m=float(particles[k, 0]) / mass, name=stored.names[k], **state)
         fresh.t = (moment - stored.times[0]) / time
-        simulations.append(fresh)
-    return simulations
+        yield fresh
 
 
 @dataclass(frozen=True)
@@ -76,11 +90,14 @@ class _Stored:
     particles: np.ndarray
 
 
-def _read(source: Path) -> _Stored:
+@lru_cache(maxsize=1)  # a run asks for it several times
+def _read(source: Path, size: int, changed: int) -> _Stored:
     """The snapshots of a file, read by a process of its own; ValueError where that finds none, or ends at them."""
-    child = subprocess.run(
-        [sys.executable, "-P", rebound_archive_child.__file__, str(source.resolve())], capture_output=True, check=False
-    )
+    with temporary_folder() as place:
+        plain = place / "archive.bin"  # REBOUND takes ASCII only
+        plain.symlink_to(source.resolve())
+        command = [sys.executable, "-P", rebound_archive_child.__file__, str(plain)]
+        child = subprocess.run(command, capture_output=True, check=False)
     if child.returncode:
         raise ValueError(f"{source.name} is not read as an archive of REBOUND's: it is damaged")
     line, _, states = child.stdout.partition(b"\n")
@@ -94,6 +111,9 @@ def _read(source: Path) -> _Stored:
     numbers = np.array([*header["times"], *header["constants"], 0.0])
     if not shape[1] or not np.isfinite(particles).all() or not np.isfinite(numbers).all():
         raise ValueError(f"{source.name} has no particles, or some without numbers")
+    if not header["whole"]:
+        count = f"{shape[0]} snapshot" + ("s" if shape[0] > 1 else "")
+        warnings.warn(f"the archive {source.name} is damaged: {count} of it can be read.", SceneWarning, stacklevel=2)
     return _Stored(header["names"], header["times"], header["constants"], header["length"], header["time"], particles)
 
 

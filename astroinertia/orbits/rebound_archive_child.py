@@ -2,10 +2,12 @@
 
 REBOUND trusts what an archive says of its lengths, and its memory with it; a flipped bit crashes it in one of four
 cases. Written to the standard output: a line of JSON, then m, x, y, z, vx, vy, vz of each particle of each snapshot,
-float64. It stands alone, so that it starts in a tenth of a second. Tests: tests/unit/orbits/test_rebound_archive.py.
+float64. The JSON says whether it was the whole archive. It stands alone, so that it starts in a tenth of a second.
+Tests: tests/unit/orbits/test_rebound_archive.py.
 """
 
 import json
+import os
 import resource
 import sys
 import warnings
@@ -20,15 +22,17 @@ MEMORY, MEMORY_PER_BYTE = 2**30, 50
 
 def main(path: str) -> None:
     """Print what the archive holds, or why it is none."""
-    size = Path(path).stat().st_size
+    place = Path(path)
+    size = place.stat().st_size
     seconds = int(SECONDS + SECONDS_PER_BYTE * size)
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     memory = MEMORY + MEMORY_PER_BYTE * size
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
-    warnings.simplefilter("ignore", RuntimeWarning)  # of another version of REBOUND: what cannot be read raises
+    os.chdir(place.parent)  # REBOUND takes ASCII only
     try:
-        stored = list(rebound.Simulationarchive(path))
+        with warnings.catch_warnings(record=True, action="always") as said:
+            stored = list(rebound.Simulationarchive(place.name))
         for snapshot in stored:
             snapshot.synchronize()
         header = {
@@ -39,6 +43,7 @@ def main(path: str) -> None:
             "constants": [snapshot.G for snapshot in stored],
             "length": stored[0].python_unit_l,
             "time": stored[0].python_unit_t,
+            "whole": not any("corrupted" in str(warning.message) for warning in said),
         }
         particles = [particle for snapshot in stored for particle in snapshot.particles]
     except Exception as error:

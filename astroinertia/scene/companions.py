@@ -1,12 +1,15 @@
 """Other bodies of a scene, as point masses on orbits: validated and frozen, in SI (or code units)."""
 
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import Angle, Duration, Length, Mass, Real
 from astroinertia.scene.fluids import Part
 from astroinertia.scene.places import Position, Velocity
+from astroinertia.units import CodeUnits
 
 BODY = "body"  # the name of the scene's own body among them
 BARYCENTRE = "barycentre"  # of the body and of the companions listed before
@@ -78,6 +81,19 @@ class Orbits(Part):
         if self.body is not None and self.archive is None:
             raise ValueError("has body, which only archive uses.")
         return self
+
+
+def archive_at_start(orbits: Orbits, origin: str | None, units: CodeUnits) -> Any:
+    """The first snapshot of the archive as a `rebound.Simulation` in code units, whose particle 0 is the body.
+
+    SceneError that says why there is none.
+    """
+    from astroinertia.orbits import rebound_archive  # only here: other scenes do without REBOUND
+
+    try:
+        return rebound_archive.first_snapshot(Path(origin or ".") / str(orbits.archive), orbits.body, units)
+    except ValueError as error:
+        raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 
 
 def check_names(companions: tuple[Companion, ...]) -> None:

@@ -11,6 +11,7 @@ from astroinertia.engines.few import FEW
 from astroinertia.observables.own import quantity_of
 from astroinertia.process.words import duration
 from astroinertia.scene import gravity_costs, plan_body, plan_effects
+from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material
 from astroinertia.scene.fluids import FROM_BODY
@@ -20,7 +21,7 @@ from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number, rising_neighbours
-from astroinertia.units import Dimension, si_unit
+from astroinertia.units import Dimension, shown, si_unit
 
 UNCHOSEN = (
     "settings",
@@ -141,7 +142,7 @@ def plan(scene: Scene) -> Plan:
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
         sections["regions"] = tuple(Line(name, text) for name, text in region_descriptions(scene).items())
-    if scene.companions:
+    if scene.companions or scene.orbits.archive is not None:
         sections["companions"] = _companions(scene)
     if scene.box is not None:
         sections["box"] = (Line(*scene.box.plan_line(lambda length: _shown(scene, length, "length"))),)
@@ -181,6 +182,8 @@ def _shown(scene: Scene, value: float, dimension: str | Dimension) -> str:
 
 
 def _companions(scene: Scene) -> tuple[Line, ...]:
+    if scene.orbits.archive is not None:
+        return _of_archive(scene)
     lines = []
     for companion in scene.companions:
         if companion.position is not None:
@@ -195,6 +198,13 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
     if scene.effects.get("companions", {}).get("motion") == "live":
         return (*lines, Line("orbits", "in the steps of the particles", "they feel the particles and each other"))
     return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
+
+
+def _of_archive(scene: Scene) -> tuple[Line, ...]:
+    units, archive = code_units(scene), scene.orbits.archive
+    body, *others = archive_at_start(scene.orbits, scene.origin, units).particles
+    lines = [Line(shown(one.name), _shown(scene, float(units.to_si(one.m, "mass")), "mass")) for one in others]
+    return (*lines, Line("orbits", f"from the archive {archive}", f"about its particle {shown(body.name)}"))
 
 
 def region_descriptions(scene: Scene) -> dict[str, str]:

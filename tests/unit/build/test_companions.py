@@ -6,12 +6,13 @@ import pytest
 import rebound
 
 from astroinertia.build import rigid as start_rigid
+from astroinertia.build.assemble import metadata
 from astroinertia.build.companions import companions
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.errors import SceneError
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.scene import load
-from astroinertia.scene.plan import code_units
+from astroinertia.scene.plan import code_units, plan
 
 SCENE = """
 name = "pair"
@@ -97,6 +98,16 @@ def test_the_body_of_an_archive_may_be_any_of_its_particles_and_is_not_another(t
             refuse_impossible(load.loads(text, origin=str(tmp_path)))
         with pytest.raises(SceneError, match=sentence):
             evolution(text, str(tmp_path))
+
+
+def test_companions_of_an_archive_keep_their_names(tmp_path):
+    bodies = simulation(1.0, [Companion("moon", 0.3, semi_major_axis=1.0), Companion("sun", 9.0, semi_major_axis=30.0)])
+    bodies.save_to_file(str(tmp_path / "orbits.bin"), interval=0.7)
+    bodies.integrate(3.0)
+    scene = load.loads(SCENE + '[orbits]\narchive = "orbits.bin"\n', origin=str(tmp_path))
+    assert metadata(scene)["companions"] == ["moon", "sun"]
+    said = [(line.name, line.value) for line in plan(scene).sections["companions"]]
+    assert said == [("moon", "0.3"), ("sun", "9"), ("orbits", "from the archive orbits.bin")]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 import rebound
 
-from astroinertia.errors import NumericalError
+from astroinertia.errors import NumericalError, SceneWarning
+from astroinertia.orbits.rebound_archive import first_snapshot, snapshots
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
 from astroinertia.rotation.ephemeris import archive_ephemeris, ephemeris
@@ -89,3 +90,21 @@ def test_what_is_no_such_archive_is_refused_in_a_sentence(tmp_path):
         archive_ephemeris(path, 2.0, body="moon")
     with pytest.raises(ValueError, match="what its units are"):
         archive_ephemeris(path, 2.0, units=CodeUnits(1e24, 1e6))
+
+
+def test_the_end_of_a_damaged_archive_is_missed_aloud(tmp_path):
+    path = written(tmp_path / "orbits.bin", simulation(1.0, PLANETS), 4.0, 1.0)
+    (tmp_path / "short.bin").write_bytes(path.read_bytes()[:-200])
+    with pytest.warns(SceneWarning, match=r"archive short\.bin is damaged: \d snapshots of it can be read") as said:
+        found = snapshots(tmp_path / "short.bin")
+    assert f" {len(found)} snapshots" in str(said[0].message)
+    assert 1 < len(found) < len(snapshots(path))
+
+
+def test_an_archive_may_have_any_name_in_any_folder(tmp_path):
+    folder = tmp_path / "bahn ü"
+    folder.mkdir()
+    path = written(tmp_path / "orbits.bin", simulation(1.0, PLANETS), 2.0, 1.0).rename(folder / "körper.bin")
+    whole = snapshots(path)
+    assert [particle.name for particle in whole[0].particles] == ["body", "inner", "outer"]
+    assert first_snapshot(path).particles[1].xyz == whole[0].particles[1].xyz
