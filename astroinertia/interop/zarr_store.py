@@ -3,7 +3,9 @@
 Tests: tests/unit/interop/test_export.py.
 """
 
+import errno
 import shutil
+import tempfile
 from pathlib import Path
 
 import xarray as xr
@@ -19,7 +21,7 @@ FORMAT = 2  # the third has no text of fixed length yet, which the labels of dim
 def write_zarr(source: Path, path: Path) -> None:
     """Write headline series and snapshots of a run; a chunk holds one snapshot, and memory no more than a few.
 
-    SceneError if zarr or dask is not installed, ArchiveError if the store cannot be written.
+    SceneError if zarr or dask is not installed, ArchiveError if the store cannot be written or is there already.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -35,16 +37,20 @@ def write_zarr(source: Path, path: Path) -> None:
         raise SceneError(
             f"{path}: Zarr needs zarr and dask; install them with: pip install 'astroinertia[zarr]'"
         ) from None
-    aside = path.with_name(path.name + TEMPORARY)
     groups = {"/": dataset.open(source)}
     particles = dataset.open_snapshots(source, chunks={"snapshot_time": 1})  # one passes through memory at a time
     if particles is not None:
         groups["/snapshots"] = particles.drop_encoding()
     try:
+        aside = tempfile.mkdtemp(prefix=f"{path.name}.", suffix=TEMPORARY, dir=path.parent)
         with interrupts.leaving(lambda: shutil.rmtree(aside, ignore_errors=True)):
-            xr.DataTree.from_dict(groups).to_zarr(aside, mode="w", zarr_format=FORMAT, consolidated=True)
-            aside.rename(path)
+            try:
+                store = Path(aside, path.name)  # whose permissions are those of any folder
+                xr.DataTree.from_dict(groups).to_zarr(store, mode="w-", zarr_format=FORMAT, consolidated=True)
+                store.rename(path)
+            finally:
+                shutil.rmtree(aside, ignore_errors=True)
     except OSError as error:
+        if error.errno in (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR):
+            raise ArchiveError(f"{path} is there already and is left as it is.") from error
         raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)

@@ -14,6 +14,7 @@ from scipy.integrate import quad
 
 from astroinertia import dataset
 from astroinertia.cli.main import main
+from astroinertia.errors import ArchiveError
 from astroinertia.interop import swift
 from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
@@ -270,6 +271,26 @@ def test_zarr_holds_the_whole_tree(run, tmp_path):
         assert snapshots["position"].encoding["chunks"][0] == 1  # a reader of one snapshot reads nothing else
         xr.testing.assert_identical(snapshots.load(), tree["snapshots"].to_dataset().load())
     assert [each.name for each in tmp_path.iterdir()] == ["run.zarr"]
+
+
+def test_a_zarr_store_that_another_export_has_written_meanwhile_stays_as_it_is(run, tmp_path, monkeypatch):
+    pytest.importorskip("zarr", reason="needs the extra zarr")
+    path, begun = tmp_path / "run.zarr", []
+
+    def to_zarr(tree, store, **_):
+        begun.append(store)
+        store.mkdir()
+        if len(begun) == 1:
+            export(run, "zarr", output=path)
+        (store / "writer").write_text(store.parent.name)
+
+    monkeypatch.setattr(xr.DataTree, "to_zarr", to_zarr)
+    with pytest.raises(ArchiveError, match="is there already"):
+        export(run, "zarr", output=path)
+    assert [each.name for each in tmp_path.iterdir()] == ["run.zarr"]
+    assert (path / "writer").read_text() == begun[1].parent.name
+    (tmp_path / "folder").mkdir()
+    assert path.stat().st_mode == (tmp_path / "folder").stat().st_mode  # others may read it as they may any folder
 
 
 def test_snapshots_are_chosen_by_number_from_either_end(run):
