@@ -21,6 +21,7 @@ from astroinertia.rotation.ephemeris import Ephemeris, ephemeris_of
 Kernels = str | Path | Sequence[str | Path]
 
 _ICRF = "J2000"  # SPICE's name of these axes
+_MOST_FRAMES = 10_000  # that binary PCK files have orientations of
 _PLANETS = range(1, 10)  # numbers of the centres of mass of planets with their moons; 100 times as much and 99: planets
 
 
@@ -106,9 +107,12 @@ def has_orbits(kernels: Kernels) -> bool:
 
 
 def has_orientation(kernels: Kernels, name: str) -> bool:
-    """Whether the kernels have the pole of a body. Checked by tests/unit/rotation/test_spice.py."""
+    """Whether the kernels have the pole of a body, at whatever time. Checked by tests/unit/rotation/test_spice.py."""
     with loaded(kernels) as spice:
-        return spice.ktotal("PCK") > 0 or spice.bodfnd(_number(spice, name), "POLE_RA")
+        number, found = _number(spice, name), spice.cell_int(_MOST_FRAMES)
+        for place in range(spice.ktotal("PCK")):  # binary ones; those of text are in the pool
+            spice.pckfrm(spice.kdata(place, "PCK")[0], found)
+        return number in found or spice.bodfnd(number, "POLE_RA")
 
 
 @contextmanager

@@ -164,3 +164,18 @@ def test_kernels_of_the_users_own_stay_loaded(pck, tmp_path):
         assert spiceypy.bodfnd(599, "POLE_RA")
     finally:
         spiceypy.kclear()
+
+
+def test_a_binary_kernel_has_the_poles_of_its_own_bodies_only(pck, tmp_path):
+    spiceypy = pytest.importorskip("spiceypy")
+    path = tmp_path / "mars.bpc"
+    handle = spiceypy.pckopn(str(path), "test", 0)
+    span = 2 * YEARS * JULIAN_YEAR
+    angles = [1.0, 0.0, 0.5, 0.0, 0.1, 0.0]  # Chebyshev coefficients of degree 1, of three angles
+    spiceypy.pckw02(handle, 499, "J2000", -span, span, "mars", 2 * span, 1, 1, angles, -span)
+    spiceypy.pckcls(handle)
+    assert spice.has_orientation(path, "Mars")
+    assert not spice.has_orientation(path, "Earth")
+    assert spice.has_orientation([path, pck], "Venus")
+    own, found = turning_planets.earth(), turning_planets.earth(path)
+    assert (found.spin_rate, found.obliquity) == (own.spin_rate, own.obliquity)
