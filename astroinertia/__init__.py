@@ -15,6 +15,7 @@ Nothing is imported or set until one of them is used.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -281,6 +282,8 @@ def _path(name: str, value: Any, what: str = "a folder") -> Path:
         from astroinertia.errors import SceneError
 
         raise SceneError(f"{name} must be the path of {what}, and {value!r:.60} is none.")
+    with suppress(RuntimeError):  # where ~ is nobody's home
+        return Path(value).expanduser()
     return Path(value)
 
 

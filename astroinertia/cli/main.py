@@ -5,8 +5,8 @@ import os
 import select
 import sys
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -63,6 +63,10 @@ class _Console(Console):
 
     def on_broken_pipe(self) -> None:
         raise BrokenPipeError
+
+    def print(self, *objects, **options) -> None:
+        with _named():
+            super().print(*objects, **options)
 
     def render(self, renderable, options=None):
         for segment in super().render(renderable, options):
@@ -212,7 +216,17 @@ class _Version(argparse.Action):
 
 
 def _say(text: str, end: str = "\n") -> None:
-    print(visible(text), end=end, flush=True)
+    with _named():
+        print(visible(text), end=end, flush=True)
+
+
+@contextmanager
+def _named() -> Iterator[None]:
+    """Say of an error that it is of the standard output."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from error
 
 
 def _voice(doing: str) -> Voice:

@@ -49,7 +49,10 @@ def add_arguments(add: Add) -> None:
     add("--principal-axes", action="store_true", help="these in the principal axes, z that of the largest moment")
     add("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
     add("--json", action="store_true", help="print everything as JSON")
-    add("--output", type=Path, metavar="FILE.nc", help="write everything as netCDF")
+    add(
+        "--output", type=Path, metavar="FILE.nc",
+        help="write everything as netCDF, over another netCDF file that is there unless it is the result of a run",
+    )  # fmt: skip
 
 
 def report(options: Options) -> str:

@@ -1,11 +1,13 @@
 """A gravity field as REBOUNDx has it in its force `gravitational_harmonics`.
 
-Source: Tamayo et al. 2020, MNRAS 491, 2885. Tests: tests/physics/test_reboundx.py.
+Source: Tamayo et al. 2020, MNRAS 491, 2885. Tests: tests/unit/interop/test_reboundx.py, tests/physics/test_reboundx.py.
 """
 
 from astroinertia.inertia.gravity_field import GravityField
+from astroinertia.process.quantities import with_quantities
 
 
+@with_quantities()
 def gravitational_harmonics(field: GravityField) -> dict[str, float]:
     """J2, J4 and R_eq by the names of a particle's parameters in REBOUNDx, R_eq in the field's unit of length.
 

@@ -404,7 +404,12 @@ def locked(folder: Path) -> Any:
 
 
 def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
-    """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free."""
+    """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free.
+
+    Also for a path that netCDF would take for another.
+    """
+    if "\\" in str(folder):
+        raise ArchiveError(f"{folder} has a backslash, which netCDF takes for a slash; choose another folder.")
     if not folder.is_dir():
         return
     if (folder / SWEEP).exists():

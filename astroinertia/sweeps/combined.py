@@ -30,7 +30,7 @@ _KEPT = 256e6  # bytes of members that are kept in memory between the two times 
 _MOST_NAMED = 20  # members that are listed in an attribute
 _TAKEN = {
     "measured_wall_time": ("s", "wall time that the member took"),
-    "measured_memory": ("B", "the most memory that the member's process held"),
+    "measured_memory": ("byte", "the most memory that the member's process held"),
 }
 # Attributes of a run that tell of that run alone.
 _OF_ONE_RUN = (

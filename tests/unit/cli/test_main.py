@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -180,6 +181,15 @@ def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewher
     printed = capsys.readouterr().err
     assert words in printed
     assert printed.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["guide", "plan star.toml"])
+def test_a_full_disk_behind_the_standard_output_is_said(command, elsewhere, capsys, monkeypatch):
+    main(["new", "star.toml"])
+    with suppress(OSError), Path("/dev/full").open("w") as full:  # which cannot be closed either
+        monkeypatch.setattr(sys, "stdout", full)
+        assert main(command.split()) == 1
+    assert capsys.readouterr().err == "astroinertia: standard output: no space left on device.\n"
 
 
 @pytest.mark.full

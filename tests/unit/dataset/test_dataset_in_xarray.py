@@ -9,6 +9,7 @@ from astropy import units
 
 import astroinertia
 from astroinertia import dataset
+from astroinertia.errors import ArchiveError
 from astroinertia.plots import style
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import METADATA, affine_run
@@ -42,6 +43,13 @@ RESULTS = {
     "spin_scaling": lambda found: found.spin_scaling(),
     "strain": lambda found: found.strain(0.3)["plus"],
 }
+
+
+def test_a_path_may_begin_at_home(run, opened, monkeypatch):
+    monkeypatch.setenv("HOME", str(run.parent))
+    assert astroinertia.open(f"~/{run.name}").sizes == opened.sizes
+    with pytest.raises(ArchiveError, match="~nobody-at-all/run does not exist"):
+        astroinertia.open("~nobody-at-all/run")
 
 
 def test_chunks_read_only_what_is_asked_for_and_the_same_numbers(run, opened):

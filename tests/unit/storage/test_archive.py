@@ -19,7 +19,7 @@ import pytest
 
 from astroinertia.errors import ArchiveError, ArchiveWarning
 from astroinertia.storage import manifest
-from astroinertia.storage.archive import Archive
+from astroinertia.storage.archive import Archive, refuse_if_taken
 from astroinertia.storage.atomic import TEMPORARY, read_arrays, write_arrays
 from astroinertia.storage.manifest import COPY, MANIFEST
 from tests.hard.malformed_files import rehashed
@@ -413,6 +413,12 @@ def test_a_folder_with_another_run_is_refused_and_stays_as_it_was(tmp_path):
     ):
         Archive.create(tmp_path, {**METADATA, "name": "other"})
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_folder_that_netcdf_would_take_for_another_is_refused_before_a_run(tmp_path):
+    for refused in (refuse_if_taken, Archive.create):
+        with pytest.raises(ArchiveError, match="has a backslash, which netCDF takes for a slash"):
+            refused(tmp_path / r"a\b", METADATA)
 
 
 def test_a_folder_with_a_result_or_with_orphaned_segments_is_refused(tmp_path):

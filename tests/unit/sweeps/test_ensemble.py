@@ -88,6 +88,7 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     found = astroinertia.open(place)
     np.testing.assert_allclose(found["body_mass"], [SOLAR_MASS, 2 * SOLAR_MASS], rtol=1e-15)
     assert found["body_mass"].units == "kg" and found["body_rotation_period"].units == "s"
+    assert found["measured_memory"].units == "byte"  # as UDUNITS has it
     assert found["inertia_tensor"].dims == ("body_mass", "body_rotation_period", "time", "i", "j")
     assert found["time"].values == pytest.approx([0.0, 0.1, 0.2])
     assert found["inertia_tensor"].attrs["units"] == "kg m2"
