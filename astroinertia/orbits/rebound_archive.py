@@ -49,7 +49,17 @@ def snapshots(path: str | Path, body: str | int | None = None, units: CodeUnits 
 
 
 def first_snapshot(path: str | Path, body: str | int | None = None, units: CodeUnits | None = None) -> Any:
-    """The first of the `snapshots`. Checked by tests/unit/orbits/test_rebound_archive.py."""
+    """The first of the `snapshots`. Checked by tests/unit/orbits/test_rebound_archive.py.
+
+    >>> import tempfile
+    >>> bodies = rebound.Simulation()
+    >>> bodies.add(m=1.0, name="body")
+    >>> bodies.add(a=1.0, name="moon")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     bodies.save_to_file(str(Path(folder, "orbit.bin")))
+    ...     print(len(first_snapshot(Path(folder, "orbit.bin")).particles))
+    2
+    """
     return next(_simulations(path, body, units))
 
 
