@@ -82,7 +82,8 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
     thick = np.maximum(lengths / reach, 4e-3)  # a rod or a disc keeps a visible edge
     draw_ellipsoid(panel, thick, axes, view, BODY_COLOUR, alpha=1.0 if points is None else 0.82)
     draw_axes(panel, thick, axes, defined, view)
-    heading(panel, "Homogeneous ellipsoid with this tensor")
+    about = "this tensor" if dataset.attrs["about"] == "centre of mass" else "the tensor about the centre of mass"
+    heading(panel, f"Homogeneous ellipsoid with {about}")
     axis_lengths = [f"{value / scale:.4g}" for value in lengths]
     _note(panel, "semi-axes " + ", ".join(axis_lengths) + ("" if unit == "1" else f" {style.raised(unit)}"))
 
