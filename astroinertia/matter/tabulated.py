@@ -89,7 +89,7 @@ def row_of(xp, rho, own, numbers, rows):
 
 
 def tabulated(xp, rho, A, material, table, numbers, rows, columns):
-    """u, du/dx, d2u/dx2, du/dA and the u of the coldest isentrope, with x = ln rho."""
+    """P, c, u, its thermal part and du/dA."""
     own = NUMBERS * material
     cell, t, beyond, above = row_of(xp, rho, own, numbers, rows)
     scale, greatest = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 3.0)
@@ -109,31 +109,27 @@ def tabulated(xp, rho, A, material, table, numbers, rows, columns):
     cold = rows_of(xp, table, first, columns, weights(xp, 0.0))
     coldest = combined(xp, w, cold) + beyond * combined(xp, v, cold) + 0.5 * above**2 * combined(xp, k, cold)
     per_step = entry(xp, numbers, own + 1.0)
-    return (
-        value + beyond * slope + 0.5 * above**2 * curvature,
-        (slope + above * curvature) * per_step,
-        xp.where(beyond < 0.0, 0.0, curvature) * per_step**2,
-        by_label * per_label,
-        coldest,
-    )
-
-
-def tabulated_state(xp, rho, A, material, table, numbers, rows, columns):
-    """P, c, u, its thermal part and dA/dq."""
-    u, slope, curvature, by_label, coldest = tabulated(xp, rho, A, material, table, numbers, rows, columns)
-    squared = xp.maximum(slope + curvature, entry(xp, numbers, NUMBERS * material + 5.0))
-    return rho * slope, xp.sqrt(squared), u, u - coldest, 1.0 / xp.maximum(by_label, _LEAST_SLOPE)
-
-
-def tabulated_energy(xp, rho, A, material, table, numbers, rows, columns):
-    """u."""
-    return (tabulated(xp, rho, A, material, table, numbers, rows, columns)[0],)
+    u = value + beyond * slope + 0.5 * above**2 * curvature
+    by_x = (slope + above * curvature) * per_step
+    squared = by_x + xp.where(beyond < 0.0, 0.0, curvature) * per_step**2
+    speed = xp.sqrt(xp.maximum(squared, entry(xp, numbers, own + 5.0)))
+    return rho * by_x, speed, u, u - coldest, by_label * per_label
 
 
 def down(xp, table, index, columns, w):
     """The sum over four entries of a column."""
     one = w[0] * entry(xp, table, index) + w[1] * entry(xp, table, index + columns)
     return one + w[2] * entry(xp, table, index + 2.0 * columns) + w[3] * entry(xp, table, index + 3.0 * columns)
+
+
+def columns_of(xp, table, index, columns, w):
+    """Four columns, each summed over its entries."""
+    return (
+        down(xp, table, index, columns, w),
+        down(xp, table, index + 1.0, columns, w),
+        down(xp, table, index + 2.0, columns, w),
+        down(xp, table, index + 3.0, columns, w),
+    )
 
 
 def halved(xp, low, high, u, table, first, columns, w):
@@ -168,9 +164,12 @@ def much_nearer(xp, a, b, t, u, f):
     return nearer(xp, a, b, t, u, f)
 
 
-def label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns):
-    """The A within the table that has the energy u: above the one given where that is to be hotter, else below."""
-    own = NUMBERS * material
+def labels_after(xp, rho, A, heat, least, u, slope, material, table, numbers, rows, columns):
+    """A after so much heat per mass, which makes the energy u: by the slope du/dA at A, and by the table.
+
+    Looked for above A where it was heated, else below; neither is less than `least`.
+    """
+    own, hotter = NUMBERS * material, heat > 0.0
     cell, place, beyond, above = row_of(xp, rho, own, numbers, rows)
     w, v, k = weights(xp, place), slopes(xp, place), curvatures(xp, place)
     half = 0.5 * above**2
@@ -183,47 +182,38 @@ def label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns):
     )
     first = (material * rows + cell) * columns
     scale, per_label = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 4.0)
-    held = within(xp, A, entry(xp, numbers, own + 3.0))
-    y = within(xp, xp.log(1.0 + held / scale) * per_label, columns - 3.0)
+    greatest = entry(xp, numbers, own + 3.0)
+    y = within(xp, xp.log(1.0 + within(xp, A, greatest) / scale) * per_label, columns - 3.0)
     here = xp.minimum(xp.floor(y), columns - 4.0)
     low, high = xp.where(hotter, here, 0.0), xp.where(hotter, columns - 3.0, here + 1.0)
     low, high = halved_four_times(xp, low, high, u, table, first, columns, w)
     low, high = halved_four_times(xp, low, high, u, table, first, columns, w)
-    f = (
-        down(xp, table, first + low, columns, w),
-        down(xp, table, first + low + 1.0, columns, w),
-        down(xp, table, first + low + 2.0, columns, w),
-        down(xp, table, first + low + 3.0, columns, w),
-    )
+    f = columns_of(xp, table, first + low, columns, w)
     # Of the cell that A is in, what is on its other side is not looked at: isentropes that run together may cross.
     a = xp.where(hotter & (low == here), y - here, 0.0)
     b = xp.where(hotter | (low < here), 1.0, y - here)
     a, b, t = much_nearer(xp, a, b, 0.5 * (a + b), u, f)
     a, b, t = much_nearer(xp, a, b, t, u, f)
-    return scale * (xp.exp((low + t) / per_label) - 1.0)
-
-
-def heated(xp, rho, A, heat, least, material, table, numbers, rows, columns):
-    """A after so much heat per mass at fixed density, or `least`; and by how much u is above what the heat makes it."""
-    own = NUMBERS * material
-    scale, greatest = entry(xp, numbers, own + 2.0), entry(xp, numbers, own + 3.0)
-    before, _, _, slope, _ = tabulated(xp, rho, A, material, table, numbers, rows, columns)
-    u, hotter = before + heat, heat > 0.0
-    within_table = label_of(xp, rho, A, hotter, u, material, table, numbers, rows, columns)
-    edge = xp.where(hotter, xp.maximum(A, greatest), xp.minimum(A, 0.0))
-    energy, _, _, there, _ = tabulated(xp, rho, edge, material, table, numbers, rows, columns)
-    beyond = edge + (u - energy) / xp.maximum(there, _FLATTEST)
+    end, edge = xp.where(hotter, 1.0, 0.0), xp.where(hotter, greatest, 0.0)
+    f = columns_of(xp, table, first + xp.where(hotter, columns - 4.0, 0.0), columns, w)
+    there = combined(xp, slopes(xp, end), f) * per_label / (scale + edge)
+    beyond = edge + (u - combined(xp, weights(xp, end), f)) / xp.maximum(there, _FLATTEST)
     outside = xp.where(hotter, beyond > greatest, beyond < 0.0)
+    after = xp.where(outside, beyond, scale * (xp.exp((low + t) / per_label) - 1.0))
     furthest = xp.abs(heat) / _FLATTEST
-    after = xp.minimum(xp.maximum(xp.where(outside, beyond, within_table), A - furthest), A + furthest)
-    # What little heat makes of A is lost in the rounding of u, but not in proportion to the heat.
-    linear = xp.maximum(A + heat / xp.maximum(slope, _FLATTEST), least)
-    after = xp.maximum(after, least)
-    linear_missed = tabulated(xp, rho, linear, material, table, numbers, rows, columns)[0] - u
-    missed = tabulated(xp, rho, after, material, table, numbers, rows, columns)[0] - u
-    better = xp.abs(linear_missed) <= xp.maximum(xp.abs(missed), _ROUNDING * (xp.abs(u) + scale))
-    after, missed = xp.where(better, linear, after), xp.where(better, linear_missed, missed)
-    return xp.where(u == u, after, u), missed
+    after = xp.minimum(xp.maximum(after, A - furthest), A + furthest)
+    return xp.maximum(A + heat / xp.maximum(slope, _FLATTEST), least), xp.maximum(after, least)
+
+
+def better_label(xp, linear, after, energy_of_linear, energy_of_after, u, scale):
+    """The one of two labels whose energy misses u less, and by how much.
+
+    What little heat makes of A is lost in the rounding of u, but not in proportion to the heat.
+    """
+    missed_linear, missed = energy_of_linear - u, energy_of_after - u
+    better = xp.abs(missed_linear) <= xp.maximum(xp.abs(missed), _ROUNDING * (xp.abs(u) + scale))
+    chosen = xp.where(better, linear, after)
+    return xp.where(u == u, chosen, u), xp.where(better, missed_linear, missed)
 
 
 @pytree
@@ -264,11 +254,12 @@ class Tabulated:
 
     def state(self, xp, rho, A):
         """P, c, u, its thermal part and dA/dq, each (N,)."""
-        return elementwise(xp, tabulated_state, rho, A, *self._tables())
+        *state, slope = self._splines(xp, tabulated, rho, A)
+        return *state, 1.0 / xp.maximum(slope, _LEAST_SLOPE)
 
     def energy(self, xp, rho, A):
         """u, (N,)."""
-        return elementwise(xp, tabulated_energy, rho, A, *self._tables())[0]
+        return self._splines(xp, tabulated, rho, A)[2]
 
     internal_energy = energy
 
@@ -305,11 +296,19 @@ class Tabulated:
         u(rho, A') = u(rho, A) + heat to rounding, but where A' is held at `least`, or du/dA is next to nothing beyond
         the table: u is then above that by the second of what is returned, (N,). Without a limit `least` is -inf.
         """
-        return elementwise(xp, heated, rho, A, heat, least, *self._tables())
+        _, _, before, _, slope = self._splines(xp, tabulated, rho, A)
+        u, least = before + heat, xp.broadcast_to(least, rho.shape)
+        linear, after = self._splines(xp, labels_after, rho, A, heat, least, u, slope)
+        energies = self.energy(xp, rho, linear), self.energy(xp, rho, after)
+        scale = xp.broadcast_to(self.numbers[NUMBERS * xp.asarray(self.material, dtype=int) + 2], rho.shape)
+        return elementwise(xp, better_label, linear, after, *energies, u, scale)
 
     def entropy_rate(self, xp, rho, q):
         """dA/dt of the coldest matter heated by q per mass and time, (N,)."""
         return q * self.state(xp, rho, xp.zeros_like(rho))[4]
 
-    def _tables(self) -> tuple:
-        return self.material, Table(self.coefficients), Table(self.numbers), float(self.rows), float(self.columns)
+    def _splines(self, xp, function, rho, *arguments):
+        # Numbers of materials are always arrays, so that there is one program of each function.
+        material = xp.broadcast_to(self.material, rho.shape)
+        tables = Table(self.coefficients), Table(self.numbers), float(self.rows), float(self.columns)
+        return elementwise(xp, function, rho, *arguments, material, *tables)
