@@ -250,7 +250,7 @@ def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
 
 def _rigid(scene: Scene, units: CodeUnits) -> Exact | None:
     body = scene.body
-    if not body.solid or scene.orbits.archive is not None or scene.orbits.back_reaction:
+    if not body.solid or scene.orbits.archive is not None:
         return None
     if not scene.effects and not scene.companions:
         return _free(scene, units)
@@ -295,7 +295,7 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
         zero = np.zeros((1, 3))
         inside = RigidBodyOde(
             masses(system), np.concatenate([zero, place]), np.concatenate([zero, velocity]), moments,
-            np.asarray(quaternion(rows)), spin, back_reaction=False, tolerance=tolerance,
+            np.asarray(quaternion(rows)), spin, back_reaction=scene.orbits.back_reaction, tolerance=tolerance,
         )  # fmt: skip
         inside.integrate(end)
         attitude = np.asarray(attitude_of_quaternion(inside.quaternion))

@@ -297,8 +297,6 @@ def _of_rigid(scene: Scene) -> tuple[Knob, ...]:
         lambda value: (f"numerics.order={value:.0f}",),
         cost=lambda value: {2: 1.0, 4: 3.0, 6: 9.0, 8: 15.0}[int(value)],
     )  # fmt: skip
-    if scene.orbits.back_reaction:
-        return steps, order
     return steps, order, _tolerance(scene, ("numerics.integrator='adaptive'",), "adaptive_tolerance")
 
 

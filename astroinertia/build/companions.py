@@ -40,6 +40,18 @@ def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 
 
+def of_rigid(scene: Scene, units: CodeUnits, mass: float) -> Any:
+    """Those of a rigid body of that mass, in code units: on known orbits, or as they begin where it acts on them."""
+    if not scene.orbits.back_reaction:
+        return companions(scene, units, mass)
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.models.rigid import two_way
+    from astroinertia.orbits import states
+
+    start = bodies(scene, units, mass)
+    return two_way.Companions(states.masses(start)[1:], np.stack(states.present(start)))
+
+
 def names(scene: Scene, units: CodeUnits) -> list[str]:
     """Names of the companions, in their order; SceneError where they are those of an archive that cannot be read."""
     if scene.orbits.archive is None:

@@ -69,7 +69,6 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         raise SceneError("[body.rotation] needs a rate or a period with the effect rotational_deformation.")
     if deformable and principal[0] <= 0.0:
         raise SceneError("[effects.rotational_deformation] leaves the body at rest with a moment that is not positive.")
-    two_way = scene.orbits.back_reaction
     body = rigid.body(
         mass,
         np.maximum(principal, 0.0),
@@ -77,7 +76,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         deformability=deformability,
         axes=axes.T,
         effects=effects,
-        companions=None if two_way else companions.companions(scene, units, mass),
+        companions=companions.of_rigid(scene, units, mass),
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
@@ -92,13 +91,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     momentum = (body.moments + stiffening) * (attitude @ spin) if spun is None else attitude @ spun
     chosen = scene.numerics
     settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
-    if not two_way:
-        return RigidBody(body, quaternion(attitude), momentum, settings)
-    # Only here: other scenes do without REBOUND.
-    from astroinertia.models.rigid.two_way import CoupledRigidBody
-
-    bodies = companions.bodies(scene, units, mass)
-    return CoupledRigidBody(body, quaternion(attitude), momentum, settings, bodies)
+    return RigidBody(body, quaternion(attitude), momentum, settings)
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> RigidBody:

@@ -2,7 +2,6 @@
 
 import ctypes
 import math
-import struct
 from typing import Any
 
 import numpy as np
@@ -10,16 +9,6 @@ import rebound
 
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
-
-_HEADER = 64  # bytes of the binary format that name REBOUND and its version
-_PROBE = 1e-3  # of a step, after which an integrator has all its arrays
-# What time changes in a simulation, by the names of the binary format.
-_PARTICLES = ("particles", "integrator.whfast.p_jh")
-_IAS15 = ("at", "x0", "v0", "a0", "csx", "csv", "csa0", "g", "b", "csb", "e", "br", "er")
-_NUMBERS = ("t", "dt", "dt_last_done", *(f"integrator.ias15.{name}" for name in _IAS15))
-_FLAGS = ("did_modify_particles", "is_synchronized")
-_COUNT = "steps_done"
-_SIZE = ctypes.sizeof(rebound.Particle)
 
 
 @with_quantities()
@@ -72,23 +61,6 @@ def go_on(bodies: rebound.Simulation, time: float) -> None:
     bodies.t, bodies.dt = time, longest
 
 
-def drift(bodies: rebound.Simulation, span: float, until: float) -> None:
-    """Take a simulation on by a length of time, backwards if negative, and then call its time `until`.
-
-    Many short drifts by the differences of late times would lose digits that these have not.
-
-    >>> bodies = rebound.Simulation()
-    >>> bodies.add(m=1.0)
-    >>> bodies.add(a=1.0)
-    >>> drift(bodies, np.pi / 2, until=1e9)
-    >>> print(f"{bodies.particles[1].y:.9f} at {bodies.t:g}")
-    1.000000000 at 1e+09
-    """
-    bodies.t = 0.0
-    go_on(bodies, span)
-    bodies.t = until
-
-
 def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities (N-1, 3) of all particles but one relative to that one, now.
 
@@ -102,114 +74,6 @@ def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np
     place, speed = np.empty((bodies.N, 3)), np.empty((bodies.N, 3))
     bodies.serialize_particle_data(xyz=place, vxvyvz=speed)
     return place[others] - place[origin], speed[others] - speed[origin]
-
-
-def push(bodies: rebound.Simulation, change: np.ndarray, carry: np.ndarray) -> None:
-    """Add to the velocities of all particles, (N, 3); carry (N, 3) keeps what rounding loses for the next time.
-
-    >>> bodies = rebound.Simulation()
-    >>> bodies.add(m=1.0)
-    >>> bodies.add(m=1.0, x=1.0)
-    >>> push(bodies, np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]]), np.zeros((2, 3)))
-    >>> print(bodies.particles[1].vy)
-    2.0
-    """
-    speed = np.empty((bodies.N, 3))
-    bodies.serialize_particle_data(vxvyvz=speed)
-    wanted = change + carry
-    pushed = speed + wanted
-    carry[:] = wanted - (pushed - speed)
-    bodies.set_serialized_particle_data(vxvyvz=pushed)
-    bodies.did_modify_particles = 1
-
-
-def packed(bodies: rebound.Simulation) -> np.ndarray:
-    """A simulation with all its integrator knows, as bytes (B,).
-
-    >>> bodies = rebound.Simulation()
-    >>> bodies.add(m=1.0)
-    >>> bodies.add(a=1.0)
-    >>> print(packed(bodies).dtype)
-    uint8
-    """
-    return np.frombuffer(bodies.__reduce__()[1][0], dtype=np.uint8)
-
-
-def unpacked(packed_state: np.ndarray, begun: rebound.Simulation) -> rebound.Simulation:
-    """The simulation that was packed, which `begun` became in time; ValueError where it is another.
-
-    REBOUND trusts every length and every pointer in such bytes, which may come from anywhere. Only the numbers that
-    time changes are taken from them; all else, and how it is laid out, is that of the simulation at the beginning.
-
-    >>> bodies = rebound.Simulation()
-    >>> bodies.add(m=1.0)
-    >>> bodies.add(a=1.0)
-    >>> later = bodies.copy()
-    >>> go_on(later, 1.0)
-    >>> print(unpacked(packed(later), bodies) == later)
-    True
-    """
-    stored = _fields(packed_state.tobytes())
-    stepped = begun.copy()
-    drift(stepped, _PROBE * stepped.dt, 0.0)  # with what its integrator allocates at its first step
-    for like in (begun, stepped):
-        content = packed(like).tobytes()
-        own = _fields(content)
-        if [(name, len(data)) for name, _, data in own] == [(name, len(data)) for name, _, data in stored]:
-            break
-    else:
-        raise ValueError("its orbits are not those of its scene")
-    made = bytearray(content)
-    for (name, place, data), (_, _, other) in zip(own, stored, strict=True):
-        if name in _PARTICLES:
-            if name == "particles" and (_masses_in(data) != _masses_in(other)).any():
-                raise ValueError("its orbits are of bodies with other masses than those of its scene")
-            made[place : place + len(data)] = _moved(data, other)
-        elif name in _NUMBERS:
-            if not np.isfinite(np.frombuffer(other)).all():
-                raise ValueError(f"its orbits have no numbers for {name}")
-            made[place : place + len(data)] = other
-        elif name in _FLAGS:
-            if int.from_bytes(other, "little") not in (0, 1):
-                raise ValueError(f"its orbits have no truth value for {name}")
-            made[place : place + len(data)] = other
-        elif name == _COUNT:
-            made[place : place + len(data)] = other
-    return rebound.Simulation(bytes(made))
-
-
-def _fields(content: bytes) -> list[tuple[str, int, bytes]]:
-    """Name, place and bytes of each field of REBOUND's binary format: two lengths, then the name and the data."""
-    fields, place = [], _HEADER
-    while place + 16 <= len(content):
-        length, size = struct.unpack_from("<QQ", content, place)
-        begin = place + 16 + length
-        if not 0 < length < 100 or begin + size > len(content):
-            break
-        fields.append(
-            (content[place + 16 : begin].rstrip(b"\0").decode("ascii", "replace"), begin, content[begin : begin + size])
-        )
-        place = begin + size
-        if fields[-1][0] == "end":
-            break
-    return fields
-
-
-def _masses_in(particles: bytes) -> np.ndarray:
-    return np.array(
-        [particle.m for particle in (rebound.Particle * (len(particles) // _SIZE)).from_buffer_copy(particles)]
-    )
-
-
-def _moved(own: bytes, other: bytes) -> bytes:
-    """The particles `own` with places, velocities and accelerations of others."""
-    numbers, size = 9, _SIZE // 8
-    made, moved = (np.frombuffer(particles).reshape(-1, size) for particles in (own, other))
-    made = made.copy()
-    if not np.isfinite(moved[:, :numbers]).all():
-        raise ValueError("its orbits have particles without places or velocities")
-    made[:, :numbers] = moved[:, :numbers]
-    return made.tobytes()
 
 
 def masses(bodies: rebound.Simulation) -> np.ndarray:

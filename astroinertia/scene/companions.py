@@ -63,8 +63,8 @@ class Orbits(Part):
     )
     back_reaction: bool = Field(
         default=False,
-        description="the body's quadrupole acts back on the orbits (model rigid, with the effect gravity_gradient and "
-        'numerics.integrator = "splitting")',
+        description="the body's quadrupole acts back on the orbits (model rigid, with the effect "
+        "gravity_gradient), which are then evolved with the spin",
     )
     archive: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
         default=None,

@@ -194,10 +194,11 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
             size = _shown(scene, companion.semi_major_axis or 0.0, "length")
             orbit = f"semi-major axis {size}, eccentricity {companion.eccentricity:g}"
         lines.append(Line(companion.name, _shown(scene, companion.mass, "mass"), f"around {companion.around}, {orbit}"))
-    back = "the body's quadrupole acts back" if scene.orbits.back_reaction else "the body is a point to them"
+    if scene.orbits.back_reaction:
+        return (*lines, Line("orbits", "in the steps of the body", "its quadrupole acts back"))
     if scene.effects.get("companions", {}).get("motion") == "live":
         return (*lines, Line("orbits", "in the steps of the particles", "they feel the particles and each other"))
-    return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", back))
+    return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", "the body is a point to them"))
 
 
 def _of_archive(scene: Scene) -> tuple[Line, ...]:

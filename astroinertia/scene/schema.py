@@ -379,11 +379,15 @@ class Scene(Part, metaclass=_Called):
         needed = {
             "companions": bool(self.companions),
             "the effect gravity_gradient": "gravity_gradient" in self.effects,
-            '[numerics] integrator = "splitting"': self.numerics.integrator == "splitting",
         }
         for what, there in needed.items():
             if not there:
                 raise ValueError(f"[orbits] back_reaction needs {what}.")
+        if self.orbits.timestep is not None or self.orbits.integrator != "ias15":
+            raise ValueError(
+                "[orbits] back_reaction evolves orbits with the spin, as [numerics] says: integrator and timestep are "
+                "for orbits that the body does not act on."
+            )
         if self.body.change is not None:
             raise ValueError(
                 "[orbits] back_reaction is for a body that keeps its size, so there can be no [body.change]."

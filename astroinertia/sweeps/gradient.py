@@ -85,8 +85,6 @@ def refusal(scene: Scene, by: Sequence[str]) -> str:
     for key in by:
         if key.split(".")[0] in _HOW:
             return f"'{shown(key)}' says how the body is followed, not what it is."
-    if scene.orbits.back_reaction:
-        return "[orbits] back_reaction: orbits that the body acts on are followed by REBOUND, and not differentiated."
     if scene.wants_choice:
         return "accuracy: settings that are yet to be chosen would be others for every value of a key."
     return _refused_particles(scene) if scene.model == "sph" else ""

@@ -20,9 +20,8 @@ from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveWarning, RunInterrupted
 from astroinertia.models.ellipsoid import evolution as ellipsoid
 from astroinertia.models.ellipsoid.evolution import Ellipsoid
-from astroinertia.models.rigid import passage, two_way as rigid_two_way
+from astroinertia.models.rigid import passage
 from astroinertia.models.rigid.evolution import RigidBody
-from astroinertia.models.rigid.two_way import CoupledRigidBody
 from astroinertia.models.scaling import homology
 from astroinertia.models.scaling.evolution import Scaling
 from astroinertia.process import interrupts
@@ -191,7 +190,7 @@ def test_a_second_signal_ends_a_command_at_once_unless_it_comes_right_after_the_
 SPIN = ["time.end=100 s", "output.series_every=100 s"]
 ELLIPSOID = ["time.end=100.0", "output.series_every=100.0"]
 MOON = [
-    "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=10 d", "output.series_every=10 d",
+    "numerics.integrator=splitting", "orbits.back_reaction=true", "time.end=100 d", "output.series_every=100 d",
 ]  # fmt: skip
 CRAB = ['equation_of_state.kind="ideal"', "time.end=0.0025 s", "output.series_every=0.0025 s"]
 BETWEEN = {
@@ -204,7 +203,13 @@ BETWEEN = {
     ),
     "adaptive": (TOP, [*SPIN, "numerics.integrator=adaptive"], RigidBody, (passage, "ADAPTIVE_BETWEEN_LOOKS", 64)),
     "ellipsoid": (SIMS / "riemann_ellipsoid.toml", ELLIPSOID, Ellipsoid, (ellipsoid, "AT_ONCE", 64)),
-    "two bodies": (SIMS / "hyperion.toml", MOON, CoupledRigidBody, (rigid_two_way, "_STEPS_AT_ONCE", 8)),
+    "two bodies": (
+        SIMS / "hyperion.toml",
+        MOON,
+        RigidBody,
+        (passage, "_STEPS_AT_ONCE", {"splitting": 64}),
+        (passage, "_STEPS_BETWEEN_LOOKS", 64),
+    ),
     "scaling": (SIMS / "crab_pulsar.toml", CRAB, Scaling, (homology, "_AT_ONCE", 16)),
 }
 

@@ -11,7 +11,7 @@ centre of mass, or about a fixed point where the scene has a pivot. Code units. 
 tests/unit/models/rigid/test_evolution.py.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax
@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines.pytree import pytree
+from astroinertia.models.rigid import two_way
 from astroinertia.models.rigid.splitting import Kick, Rotor, in_body, in_space, turning_rates
 from astroinertia.rotation.attitude import attitude_of_quaternion, quaternion_product
 
@@ -46,7 +47,8 @@ class Rigid:
     moments (3,): principal moments, ascending, about the centre of mass or the pivot, at time 0, of the body at rest
     where rotation deforms it. inverse (3,): the inverses of moments near these, with which the splitting turns the
     body: the same but for a deformation, and 0 for a rod about itself; rates (3,): what it makes of them. axes (3, 3):
-    the scene's axes of the body, as rows, in the principal axes. companions: an Ephemeris or None. change: an
+    the scene's axes of the body, as rows, in the principal axes. companions: an Ephemeris, or two_way.Companions where
+    the body acts on them (of the start: those of now are part of a Rotor), or None. change: an
     inertia.prescribed.Change or None. arm (3,): the centre of mass as seen from a pivot, in the principal axes, or
     None. deformability D: the inertia tensor grows by D (omega (x) omega - omega^2/3), or None.
     """
@@ -73,6 +75,11 @@ def body(mass: float, moments: Array, spin: float = 0.0, deformability: float | 
     inverse = np.where(near > 0.0, 1.0 / np.where(near > 0.0, near, 1.0), 0.0)
     options = {"axes": np.eye(3), "effects": (), **rest}
     return Rigid(np.float64(mass), moments, inverse, turning_rates(near), deformability=deformability, **options)
+
+
+def accompanied(body: Rigid, orbits: Array | None) -> Rigid:
+    """The body with the companions that it acts on where they are now, (2, N, 3)."""
+    return body if orbits is None else replace(body, companions=body.companions.at(orbits))
 
 
 class View(NamedTuple):
@@ -215,12 +222,15 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
     return jnp.max(jnp.stack(frequencies))
 
 
-def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Array, Array]) -> dict[str, Array]:
-    """The same for engines.adaptive: of turning, momentum and work, in the arguments' units of L, m (3,) and energy.
+def rate(time: Array, state: dict[str, Array], arguments: tuple) -> dict[str, Array]:
+    """The same for engines.adaptive: of turning, momentum, work, and orbits where the body acts on its companions.
 
-    Each component of m has its own unit, so that a needle's spin about itself is known as well as the others.
+    The arguments are the body and the units of L, m (3,), energy and orbits. Each component of m has its own unit, so
+    that a needle's spin about itself is known as well as the others.
     """
-    body, momentum_unit, body_unit, energy_unit = arguments
+    body, momentum_unit, body_unit, energy_unit, orbit_unit = arguments
+    if orbit_unit is not None:
+        body = accompanied(body, orbit_unit * state["orbits"])
     q = state["turning"][:4]
     turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), body_unit * state["turning"][4:]])
     change = motion(body, time, turning, momentum_unit * state["momentum"])
@@ -231,7 +241,13 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple[Rigid, Array, Ar
         gain = size(body, time) * jnp.sum(work)
         work = jnp.concatenate([jnp.stack([gain, -energy * growth]), work])
     rates = jnp.concatenate([change.turning[:4], change.turning[4:] / body_unit])
-    return {"turning": rates, "momentum": change.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
+    found = {"turning": rates, "momentum": change.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
+    if orbit_unit is not None:
+        seen = view(body, time, turning[:4], turning[4:], momentum_unit * state["momentum"])
+        place, speed = body.companions.orbits
+        change = two_way.pulls(body.mass, body.companions.mass, place) + two_way.pushes(seen)
+        found["orbits"] = jnp.stack([speed, change]) / orbit_unit
+    return found
 
 
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
@@ -240,13 +256,17 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
     Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes turn in its
     matter, the equations of the effects alone are solved to order 6.
     """
-    turning, momentum = state.turning.value, state.angular_momentum.value
+    turning, momentum, orbits = state.turning.value, state.angular_momentum.value, None
+    if state.orbits is not None:
+        body = accompanied(body, state.orbits.value)
+        push = interval * two_way.pushes(view(body, time, turning[:4], turning[4:], momentum))
+        orbits = jnp.stack([jnp.zeros_like(push), push])
     if body.deformability is None and not any(effect.follows_spin for effect in body.effects):
         q, m = turning[:4], turning[4:]
         impulses = interval * torques(body, view(body, time, q, m, momentum))
         gain = in_body(q, impulses.sum(axis=0))
         work = impulses @ in_space(q, spin_in_body(body, time, m + 0.5 * gain))
-        return Kick(impulses.sum(axis=0), jnp.concatenate([jnp.zeros(4), gain]), _entered(body, time, work))
+        return Kick(impulses.sum(axis=0), jnp.concatenate([jnp.zeros(4), gain]), _entered(body, time, work), orbits)
 
     def stage(number: Array, slopes: Array) -> Array:
         done = interval * (jnp.asarray(_STAGES)[number] @ slopes)
@@ -255,7 +275,7 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
 
     slopes = jax.lax.fori_loop(0, len(_STAGES), stage, jnp.zeros((len(_STAGES), 10 + len(body.effects))))
     done = interval * (_WEIGHTS @ slopes)
-    return Kick(done[7:10], done[:7], _entered(body, time, done[10:]))
+    return Kick(done[7:10], done[:7], _entered(body, time, done[10:]), orbits)
 
 
 def _besides_free(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:

@@ -13,7 +13,7 @@ from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.rigid import body as rigid, passage, splitting
+from astroinertia.models.rigid import body as rigid, passage, splitting, two_way
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.passage import AT_ONCE, Course, Met, filled
 from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledgers
@@ -75,6 +75,8 @@ class RigidBody:
         body = self.body
         sized = _BY_SIZE if body.change is not None else 0
         self.state = splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
+        if self.acts_back:
+            self.state = replace(self.state, orbits=filled(jnp.asarray(body.companions.orbits)))
         self._time, self._steps, self._timestep, self._pace = time, 0, 0.0, 0.0
         self._way, self._refusal = adaptive.Way(), None
         if sized:
@@ -90,6 +92,11 @@ class RigidBody:
             "potentials": opening.potential[0],
             "velocity": opening.moments.velocity[0],
         }
+
+    @property
+    def acts_back(self) -> bool:
+        """Whether the body acts on its companions."""
+        return isinstance(self.body.companions, two_way.Companions)
 
     @property
     def time(self) -> float:
@@ -204,7 +211,7 @@ class RigidBody:
         self.state = passed.course.state
         self._time, self._pace, self._timestep = (float(value) for value in passed.course[1:4])
         self._steps = int(passed.course.steps)
-        met = Met(*(np.asarray(rows)[:number] for rows in passed.met))
+        met = jax.tree.map(lambda rows: np.asarray(rows)[:number], passed.met)
         if number:
             begun, self._way = float(met.time[-1]), adaptive.Way()
         if trouble == passage.UNFINISHED:
@@ -231,7 +238,7 @@ class RigidBody:
 
     def _present(self) -> Met:
         """The present state, as the only one."""
-        return Met(*(np.asarray(value)[None] for value in passage.state_met(self.course())))
+        return jax.tree.map(lambda value: np.asarray(value)[None], passage.state_met(self.course()))
 
     def _records(self, met: Met) -> list[Record]:
         """Rows of the headline series, one of each state."""
@@ -259,20 +266,27 @@ class RigidBody:
             kinetic_energy=energy, internal_energy=heat if heats.any() else unknown, gravitational_energy=unknown,
             potential_energy=potential, total_energy=energy + potential + heat, integration_energy_error=unexplained,
         )  # fmt: skip
-        columns = row(states, attitude=ledger.attitude, timestep=met.timestep) | self._orbits(met.time)
+        columns = row(states, attitude=ledger.attitude, timestep=met.timestep) | self._orbits(met)
+        if met.orbits is not None:
+            momentum, of_orbits = two_way.totals(mass, self.body.companions.mass, met.orbits)
+            columns["system_angular_momentum"] = momentum + met.momentum
+            columns["system_energy"] = of_orbits + energy + potential
         rows = zip(*(column.tolist() if column.ndim == 1 else column for column in columns.values()), strict=True)
         return [dict(zip(columns, values, strict=True)) for values in rows]
 
-    def _orbits(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """Companions relative to the body at some times, and the orbit of each about it as of two points."""
-        companions, body = self.body.companions, float(self.body.mass)
+    def _orbits(self, met: Met) -> dict[str, np.ndarray]:
+        """Companions relative to the body in some states, and the orbit of each about it as of two points."""
+        companions, body, times = self.body.companions, float(self.body.mass), met.time
         if companions is None:
             return {}
         mass = np.asarray(companions.mass)
-        place, speed = (
-            np.broadcast_to(known(times), (len(times), len(mass), 3))
-            for known in (companions.position, companions.velocity)
-        )
+        if met.orbits is not None:
+            place, speed = np.moveaxis(met.orbits, 1, 0)
+        else:
+            place, speed = (
+                np.broadcast_to(known(times), (len(times), len(mass), 3))
+                for known in (companions.position, companions.velocity)
+            )
         reduced = mass * body / (mass + body)
         return {
             "companion_position": place,
@@ -283,7 +297,8 @@ class RigidBody:
 
     def strike(self, number: int, effect: Any) -> None:
         """An impulse of an effect: L jumps, and with it the energy at size 1 and the effect's work."""
-        body, state, time = self.body, self.state, jnp.asarray(self._time)
+        state, time = self.state, jnp.asarray(self._time)
+        body = rigid.accompanied(self.body, None if state.orbits is None else state.orbits.value)
         m, momentum = state.momentum_in_body, state.angular_momentum.value
         blow = effect.impulse(rigid.view(body, time, state.quaternion, m, momentum))
         if blow is None:
@@ -296,12 +311,12 @@ class RigidBody:
         if sized:
             sums = sums.at[0].add(work * rigid.size(body, time))
         turning = jnp.concatenate([state.quaternion, m])
-        self.state = Rotor(filled(turning), filled(momentum + blow), filled(sums))
+        self.state = Rotor(filled(turning), filled(momentum + blow), filled(sums), state.orbits)
 
     def _ledgers(self, met: Met) -> Ledger:
         """Of each state, as numpy arrays."""
-        padded = [np.concatenate([rows, np.zeros((AT_ONCE - len(rows), *rows.shape[1:]))])
-                  for rows in (met.time, met.turning, met.momentum)]  # fmt: skip
+        padded = [None if rows is None else np.concatenate([rows, np.zeros((AT_ONCE - len(rows), *rows.shape[1:]))])
+                  for rows in (met.time, met.turning, met.momentum, met.orbits)]  # fmt: skip
         return jax.tree.map(lambda rows: np.asarray(rows)[: len(met.time)], ledgers(self.body, *padded, len(met.time)))
 
     def _energies(self, ledger: Ledger) -> tuple[np.ndarray, np.ndarray]:
@@ -323,15 +338,16 @@ class RigidBody:
             by_size = sums[:, 1] + self._energies(ledger)[0] - ledger.spin_energy - self._opening["swelling"]
         return np.concatenate([work, by_size[:, None]], axis=1)
 
-    def _units_of_errors(self) -> tuple[float, np.ndarray, float]:
-        """Of L, m and energy for the adaptive integrator: those of the start, or of the pace that torques bring."""
+    def _units_of_errors(self) -> tuple[float, np.ndarray, float, np.ndarray | None]:
+        """Of L, m, energy and orbits for the adaptive integrator: of the start, or of the pace that torques bring."""
         momentum = float(np.linalg.norm(self.state.angular_momentum.value))
         moment = float(np.max(self.body.moments))
         if momentum == 0.0:
             pace = float(passage.present_pace(self.body, self.course(), 0.0))
             momentum = moment * (pace or 1.0)
         shares = np.where(self.body.moments > 0.0, self.body.moments / moment, 1.0)
-        return momentum, momentum * shares, momentum**2 / moment
+        orbits = two_way.unit_of_orbits(self.body.mass, self.body.companions) if self.acts_back else None
+        return momentum, momentum * shares, momentum**2 / moment, orbits
 
 
 def _check_attitude(arrays: Mapping[str, np.ndarray], name: str, place: slice) -> None:

@@ -5,6 +5,7 @@ began: so a run that was stopped after any call goes on bit for bit. Tests: test
 """
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 from astroinertia.engines import adaptive
 from astroinertia.engines.brief import brief
 from astroinertia.ledger.moments import Compensated
-from astroinertia.models.rigid import body as rigid, splitting
+from astroinertia.models.rigid import body as rigid, splitting, two_way
 from astroinertia.models.rigid.body import Rigid
 from astroinertia.models.rigid.splitting import Rotor
 
@@ -31,6 +32,7 @@ ADAPTIVE_BETWEEN_LOOKS = 2**16
 # Steps after which a call ends, so that the run looks at the clock and at what signals ask for: about a second.
 _STEPS_AT_ONCE = {"splitting": 2**14, "adaptive": 2**12}
 MOST_STEPS = 1e12
+_HIGHEST = max(splitting.COMPOSITIONS)
 _SIZES_LOOKED_AT = 65  # between now and the next output, for the smallest
 FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
@@ -50,7 +52,7 @@ class Course(NamedTuple):
 
 
 class Met(NamedTuple):
-    """States at output times: number leading; momentum (3,) is L in inertial axes, sums (B,) the rotor's."""
+    """States at output times: number leading; momentum (3,) is L in inertial axes, sums (B,) and orbits the rotor's."""
 
     time: Array
     steps: Array
@@ -58,6 +60,7 @@ class Met(NamedTuple):
     turning: Array
     momentum: Array
     sums: Array
+    orbits: Array | None
 
 
 class Passage(NamedTuple):
@@ -79,7 +82,7 @@ def state_met(course: Course) -> Met:
     """What is recorded of the present state."""
     state = course.state
     return Met(course.time, course.steps, course.timestep, state.turning.value, state.angular_momentum.value,
-               state.sums.total)  # fmt: skip
+               state.sums.total, None if state.orbits is None else state.orbits.total)  # fmt: skip
 
 
 @partial(brief, static_argnames=("integrator", "order"))
@@ -90,7 +93,8 @@ def passage(
     """Go through the first `count` of the output times (AT_ONCE,), ascending, none of which is now.
 
     It ends after the output time at which the steps since the start are `most` or more, or when a call has taken long
-    enough. units: those of errors, of L, m (3,) and energy, for the adaptive integrator. Torques are without breaks.
+    enough. units: those of errors, of L, m (3,), energy and orbits, for the adaptive integrator. Torques are without
+    breaks.
     """
     empty = jax.tree.map(lambda one: jnp.zeros((AT_ONCE, *jnp.shape(one)), jnp.asarray(one).dtype), state_met(course))
     begun, allowed = course.steps, jnp.minimum(_STEPS_AT_ONCE[integrator], jnp.maximum(most - course.steps, 1))
@@ -137,6 +141,8 @@ def whole(steps: Array) -> Array:
 def present_pace(body: Rigid, course: Course, until: Array) -> Array:
     """The largest angular frequency from now until a time, as the body is now but for its size."""
     state = course.state
+    if state.orbits is not None:
+        body = rigid.accompanied(body, two_way.at_pericentres(body.mass, body.companions.mass, state.orbits.value))
     pace = rigid.pace(body, course.time, state.turning.value, state.angular_momentum.value)
     if body.change is None:
         return pace
@@ -149,15 +155,21 @@ def _split(
     body: Rigid, course: Course, until: Array, steps_per_rotation: float, order: int
 ) -> tuple[Course, Array, Array]:  # fmt: skip
     """Steps up to the next look, or to the time."""
-    free = not body.effects and body.deformability is None
+    free = not body.effects and body.deformability is None and course.state.orbits is None
     pace, wanted = planned(body, course, until, steps_per_rotation)
     possible = wanted < MOST_STEPS  # not so of NaN
     steps = whole(jnp.where(possible, wanted, 1.0))
     more = jnp.minimum(steps, _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
+    flow = None
+    if course.state.orbits is not None:
+        substeps = whole(two_way.STEPS_PER_TURN / steps_per_rotation)
+        body = replace(body, companions=replace(body.companions, substeps=substeps))
+        # A stage of order 8 needs points to order 2: what it is composed of raises the order of all.
+        flow = two_way.flow if order == _HIGHEST else two_way.fine_flow
     state = splitting.advance(
         course.state, body.rates, course.time, stop, more, order, body,
-        None if free else rigid.kick, None if body.change is None else rigid.size,
+        None if free else rigid.kick, None if body.change is None else rigid.size, flow,
     )  # fmt: skip
     after = Course(state, stop, pace, (stop - course.time) / more, course.steps + more)
     return after, jnp.where(possible, NOTHING, TOO_FAST), jnp.where(possible, stop, wanted)
@@ -167,13 +179,16 @@ def _adapted(
     body: Rigid, units: tuple, course: Course, until: Array, tolerance: float
 ) -> tuple[Course, Array, Array]:  # fmt: skip
     """As many steps as there are between two looks, or to the time."""
-    momentum_unit, body_unit, energy_unit = units
+    momentum_unit, body_unit, energy_unit, orbit_unit = units
     turning, sums = course.state.turning.value, course.state.sums.value
     scaled = {
         "turning": jnp.concatenate([turning[:4], turning[4:] / body_unit]),
         "momentum": course.state.angular_momentum.value / momentum_unit,
         "accumulated": sums / energy_unit,
     }
+    orbits = course.state.orbits
+    if orbits is not None:
+        scaled["orbits"] = orbits.total / orbit_unit
     left = until - course.time
     first = jax.lax.cond(
         course.timestep > 0.0,
@@ -184,7 +199,9 @@ def _adapted(
         rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance, None,
         min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
     )  # fmt: skip
-    turning, momentum, sums = (advanced.state[name] for name in scaled)
+    turning, momentum, sums = (advanced.state[name] for name in ("turning", "momentum", "accumulated"))
+    if orbits is not None:
+        orbits = filled(orbit_unit * advanced.state["orbits"])
     turning = jnp.concatenate([turning[:4] / jnp.linalg.norm(turning[:4]), body_unit * turning[4:]])
     state = Rotor(*map(filled, (turning, momentum_unit * momentum, energy_unit * sums)))
     length = jnp.linalg.norm(state.momentum_in_body)
@@ -193,7 +210,7 @@ def _adapted(
     state = Rotor(filled(state.turning.value.at[4:].multiply(right)), state.angular_momentum, state.sums)
     for _ in range(3):  # from a tenth to round-off: the error left is the square of what it was
         state = splitting.put_right(state, _MISALIGNED)
-        state = Rotor(filled(state.turning.total), state.angular_momentum, state.sums)
+        state = Rotor(filled(state.turning.total), state.angular_momentum, state.sums, orbits)
     time = jnp.where(advanced.unfinished, advanced.time, until)
     after = Course(state, time, course.pace, advanced.timestep, course.steps + advanced.steps)
     trouble = jnp.where(advanced.unfinished, UNFINISHED, jnp.where(advanced.failed, STUCK, NOTHING))

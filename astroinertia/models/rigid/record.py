@@ -50,14 +50,19 @@ class Ledger(NamedTuple):
 
 
 @brief
-def ledgers(body: Rigid, time: Array, turning: Array, momentum: Array, count: Array) -> Ledger:
+def ledgers(
+    body: Rigid, time: Array, turning: Array, momentum: Array, orbits: Array | None, count: Array
+) -> Ledger:  # fmt: skip
     """What the record says of the first `count` of states (N,), (N, 7), (N, 3); number leading, zeros after them.
+
+    orbits: of companions that the body acts on, in each state, else None.
 
     One after the other, so that the numbers of each are the same whichever it is.
     """
 
     def of(number: Array) -> Ledger:
-        return _ledger(body, time[number], turning[number], momentum[number])
+        present = rigid.accompanied(body, None if orbits is None else orbits[number])
+        return _ledger(present, time[number], turning[number], momentum[number])
 
     empty = jax.tree.map(lambda one: jnp.zeros((len(time), *one.shape), one.dtype), jax.eval_shape(of, 0))
     return jax.lax.fori_loop(

@@ -55,11 +55,12 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)  # for the mean of 1/size 
 
 
 class Kick(NamedTuple):
-    """What torques change at one moment: L (3,), the rotor's `turning` (7,) and its sums (B,)."""
+    """What torques change at one moment: L (3,), the rotor's `turning` (7,), its sums (B,) and its orbits (2, N, 3)."""
 
     angular_momentum: Array
     turning: Array
     sums: Array
+    orbits: Array | None = None
 
 
 @pytree
@@ -70,12 +71,14 @@ class Rotor:
     turning (7,): the unit quaternion, scalar first, that turned the inertial axes into the principal axes, moments
     ascending; then the angular momentum in these axes. angular_momentum (3,) in inertial axes. sums (B,): running sums
     over kicks, such as the work of torques. Where the size is prescribed the first of them is the energy at size 1, and
-    the second the work that the change of size has done.
+    the second the work that the change of size has done. orbits (2, N, 3): places and speeds of the companions that
+    the body acts on (models.rigid.two_way), else None.
     """
 
     turning: Compensated
     angular_momentum: Compensated
     sums: Compensated
+    orbits: Compensated | None = None
 
     @property
     def quaternion(self) -> Array:
@@ -118,7 +121,7 @@ def in_space(quaternion: Array, vector: Array) -> Array:
     return _turned(quaternion[0], quaternion[1:], vector)
 
 
-@partial(jax.jit, static_argnames=("order", "kick", "size"))
+@partial(jax.jit, static_argnames=("order", "kick", "size", "flow"))
 def advance(
     state: Rotor,
     rates: Array,
@@ -129,11 +132,13 @@ def advance(
     arguments: Tree = None,
     kick: Callable[[Tree, Array, Rotor, Array], Kick] | None = None,
     size: Callable[[Tree, Array], Array] | None = None,
+    flow: Callable[[Tree, Compensated, Array], Compensated] | None = None,
 ) -> Rotor:
     """The state at `until` after so many equal steps of order 2, 4, 6 or 8 from `time`.
 
     rates are those of `turning_rates`. kick(arguments, time, state, interval) is what all torques do in an interval
-    that may be negative, with the time standing still; size(arguments, time) the factor of all moments. Both are
+    that may be negative, with the time standing still; size(arguments, time) the factor of all moments;
+    flow(arguments, orbits, interval) what becomes of orbits that neither torques nor the attitude move. All are
     functions of a module: each new one is compiled. Runs under jax.enable_x64. Checked by
     tests/unit/models/rigid/test_splitting.py.
     """
@@ -156,7 +161,10 @@ def advance(
         else:
             duration, change = _shrunk(size, arguments, before, interval)
             work = jnp.zeros_like(state.sums.value).at[1].set(state.sums.value[0] * change)
-            state = _drift(replace(state, sums=_plus(state.sums, work)), rates, duration, about_momentum=True)
+            state = _drift(replace(state, sums=plus(state.sums, work)), rates, duration, about_momentum=True)
+        if flow is not None:
+            assert state.orbits is not None
+            state = replace(state, orbits=flow(arguments, state.orbits, interval))
         if kick is None:
             return state
         share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
@@ -167,7 +175,7 @@ def advance(
         return state
     # Without torques all turns about L are one, at the end.
     change = _product(_about_momentum(state, rates, until - time), state.quaternion)
-    return replace(state, turning=_plus(state.turning, jnp.concatenate([change, jnp.zeros(3)])))
+    return replace(state, turning=plus(state.turning, jnp.concatenate([change, jnp.zeros(3)])))
 
 
 def _drift(state: Rotor, rates: Array, duration: Array, about_momentum: bool) -> Rotor:
@@ -181,14 +189,15 @@ def _drift(state: Rotor, rates: Array, duration: Array, about_momentum: bool) ->
     change = _product(q, turn)
     if about_momentum:
         change = change + _product(_about_momentum(state, rates, duration), q + change)
-    return put_right(replace(state, turning=_plus(state.turning, jnp.concatenate([change, jnp.stack(gain)]))))
+    return put_right(replace(state, turning=plus(state.turning, jnp.concatenate([change, jnp.stack(gain)]))))
 
 
 def _kicked(state: Rotor, kick: Kick) -> Rotor:
     return Rotor(
-        _plus(state.turning, kick.turning),
-        _plus(state.angular_momentum, kick.angular_momentum),
-        _plus(state.sums, kick.sums),
+        plus(state.turning, kick.turning),
+        plus(state.angular_momentum, kick.angular_momentum),
+        plus(state.sums, kick.sums),
+        None if state.orbits is None else plus(state.orbits, kick.orbits),
     )
 
 
@@ -250,7 +259,7 @@ def put_right(state: Rotor, most: float = _ROUND_OFF) -> Rotor:
     return replace(state, turning=Compensated(value, carry))
 
 
-def _plus(total: Compensated, increment: Array) -> Compensated:
+def plus(total: Compensated, increment: Array) -> Compensated:
     """A sum whose rounding error goes into the next addition, so that its value is good to one rounding."""
     return Compensated(total.value, jnp.zeros_like(total.carry)).add(increment + total.carry)
 

@@ -40,7 +40,7 @@ def advance(body: RigidBody, four: Sequence[RigidBody], step: float, until: floa
 
 def _go(body: RigidBody, four: Sequence[RigidBody], step: float, stop: float) -> float:
     """The same where there is no break on the way."""
-    momentum_unit, body_unit, energy_unit = units = body.units
+    momentum_unit, body_unit, energy_unit, orbit_unit = units = body.units
 
     def inputs(one: RigidBody) -> tuple[Any, Any]:
         turning = np.asarray(one.state.turning.total)
@@ -49,6 +49,8 @@ def _go(body: RigidBody, four: Sequence[RigidBody], step: float, stop: float) ->
             "momentum": np.asarray(one.state.angular_momentum.total) / momentum_unit,
             "accumulated": np.asarray(one.state.sums.total) / energy_unit,
         }
+        if one.state.orbits is not None:
+            state["orbits"] = np.asarray(one.state.orbits.total) / orbit_unit
         return (one.during(stop), *units), state
 
     def rotor(state: dict[str, Array]) -> Rotor:
@@ -56,6 +58,8 @@ def _go(body: RigidBody, four: Sequence[RigidBody], step: float, stop: float) ->
         turning, momentum, accumulated = (np.asarray(state[name]) for name in ("turning", "momentum", "accumulated"))
         turning = np.concatenate([turning[:4] / np.linalg.norm(turning[:4]), body_unit * turning[4:]])
         parts = (turning, momentum_unit * momentum, energy_unit * accumulated)
+        if orbit_unit is not None:
+            parts += (orbit_unit * np.asarray(state["orbits"]),)
         return Rotor(*(Compensated(part, np.zeros_like(part)) for part in parts))
 
     (arguments, state), course = inputs(body), body.course()

@@ -6,114 +6,138 @@ import pytest
 import rebound
 
 import astroinertia
-from astroinertia.effects.kinds.gravity_gradient import GravityGradient
-from astroinertia.models.rigid import body as rigid
+from astroinertia.models.rigid import body as rigid, two_way
 from astroinertia.models.rigid.evolution import Settings
-from astroinertia.models.rigid.two_way import CoupledRigidBody
+from astroinertia.orbits import states
+from astroinertia.orbits.particles import accelerations
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.scene import load
 from astroinertia.units import GRAVITATIONAL_CONSTANT
+from tests.coupled import coupled, kept, places
 
 MOMENTS = np.array([0.9, 1.0, 1.2]) * 4e-4
 QUATERNION = np.array([0.9, 0.1, 0.3, 0.2]) / np.sqrt(0.95)
 MOMENTUM = np.array([0.2, 0.5, 3.2]) * 4e-4
+PLANET = Companion("planet", 0.01, "barycentre", semi_major_axis=3.5, eccentricity=0.1, inclination=0.5)
+DUST = Companion("dust", 0.0, semi_major_axis=3.0)
 
 
-def coupled(order=8, steps_per_rotation=20.0, more=()):
+def system(*more, eccentricity=0.2):
     moon = Companion(
-        "moon", 0.3, semi_major_axis=1.0, eccentricity=0.2, inclination=0.3, node=1.0, pericentre=2.0, mean_anomaly=0.1
-    )
-    body = rigid.body(1.0, MOMENTS, effects=(GravityGradient(),))
-    settings = Settings("splitting", 1e-12, steps_per_rotation, order)
-    return CoupledRigidBody(body, QUATERNION, MOMENTUM, settings, simulation(1.0, [moon, *more]))
+        "moon", 0.3, semi_major_axis=1.0, eccentricity=eccentricity, inclination=0.3, node=1.0, pericentre=2.0,
+        mean_anomaly=0.1,
+    )  # fmt: skip
+    return simulation(1.0, [moon, *more])
+
+
+def motion(order=8, steps_per_rotation=20.0, more=(), integrator="splitting", momentum=MOMENTUM):
+    settings = Settings(integrator, 1e-12, steps_per_rotation, order)
+    return coupled(system(*more), MOMENTS, QUATERNION, momentum, settings)
 
 
 def reached(body):
-    return np.concatenate(
-        [
-            np.asarray(body.state.quaternion),
-            np.asarray(body.state.momentum_in_body) / 4e-4,
-            body.body.companions.place[0],
-        ]
-    )
+    spin = np.asarray(body.state.momentum_in_body) / 4e-4
+    return np.concatenate([np.asarray(body.state.quaternion), spin, places(body)[0]])
 
 
 @pytest.mark.slow
-def test_angular_momentum_is_kept_to_round_off_and_energy_without_drift():
-    planet = Companion("planet", 0.01, "barycentre", semi_major_axis=3.5, eccentricity=0.1, inclination=0.5)
+@pytest.mark.parametrize("case", ["planet", "dust", "at rest"])
+def test_angular_momentum_is_kept_to_round_off_and_energy_without_drift(case):
     with jax.enable_x64(True):
-        body = coupled(order=4, more=(planet,))
-        momentum, energy, spin = body.total_angular_momentum(), body.total_energy(), body.state.angular_momentum.value
-        orbit = body.bodies.energy()
+        more = {"planet": (PLANET,), "dust": (DUST,)}.get(case, ())
+        body = motion(8, 40.0, more, momentum=np.zeros(3) if case == "at rest" else MOMENTUM)
+        (momentum, energy), spin = kept(body), body.state.angular_momentum.value
         errors = []
         for time in np.linspace(0.0, 12.0, 7)[1:]:
             body.advance(time)
-            errors.append(body.total_energy() - energy)
-        lost = np.abs(body.total_angular_momentum() - momentum).max()
-        assert lost < 1e-15 * np.linalg.norm(momentum)
+            errors.append(kept(body)[1] - energy)
+        lost = np.abs(kept(body)[0] - momentum).max()
+        assert lost < 2e-15 * np.linalg.norm(momentum)
         # What the two exchange is far more than what is lost: the reaction is there.
         exchanged = np.abs(np.asarray(body.state.angular_momentum.value - spin)).max()
-        assert exchanged > 1e10 * lost
-        assert abs(body.bodies.energy() - orbit) > 1e3 * np.abs(errors).max()
-        assert np.abs(errors).max() < 1e-7 * abs(energy)
+        assert exchanged > 1e9 * lost
+        record = body.record(None)
+        of_spin = record["kinetic_energy"] + record["potential_energy"]
+        assert abs(of_spin - np.sum(MOMENTUM**2 / MOMENTS) / 2) > 100 * np.abs(errors).max()
+        # Measured: 4e-14 and 5e-15, and 2e-12 of the body at rest, for which steps are longer.
+        assert np.abs(errors).max() < 1e-11 * abs(energy)
 
 
-@pytest.mark.full
-def test_orders_are_what_they_are_called():
-    with jax.enable_x64(True):
-
-        def motion(order, steps):
-            body = coupled(order, steps)
-            body.advance(2.0)
-            return reached(body), body.steps
-
-        exact, _ = motion(8, 60.0)
-        for order, few in ((2, 20.0), (4, 15.0), (6, 12.0)):
-            (coarse, some), (fine, more) = motion(order, few), motion(order, 2.0 * few)
-            found = np.log(np.abs(coarse - exact).max() / np.abs(fine - exact).max()) / np.log(more / some)
-            assert found == pytest.approx(order, abs=0.5)
+def test_what_all_keep_together_is_what_rebound_says_of_points():
+    bodies = system(PLANET, DUST)
+    mass, (place, speed) = states.masses(bodies), states.present(bodies)
+    momentum, energy = two_way.totals(mass[0], mass[1:], np.stack([place, speed])[None])
+    np.testing.assert_allclose(momentum[0], bodies.angular_momentum(), rtol=0, atol=1e-15)
+    assert energy[0] == pytest.approx(bodies.energy(), rel=1e-14)
 
 
 @pytest.mark.slow
-def test_a_resumed_body_goes_on_bit_for_bit():
+def test_accelerations_are_those_of_rebound_where_the_body_is_a_sphere():
+    """Of one, two and three companions, one of them without mass: those of points, relative to the body."""
     with jax.enable_x64(True):
-        body = coupled(order=4)
+        for more in ((), (PLANET,), (PLANET, DUST)):
+            bodies = system(*more)
+            ball = coupled(bodies, np.full(3, 4e-4), QUATERNION, MOMENTUM, Settings())
+            body = rigid.accompanied(ball.body, ball.state.orbits.value)
+            seen = rigid.view(body, 0.0, QUATERNION, MOMENTUM, MOMENTUM)
+            there = accelerations(bodies)
+            found = two_way.pulls(body.mass, body.companions.mass, body.companions.orbits[0])
+            np.testing.assert_allclose(found, there[1:] - there[0], rtol=1e-13, atol=1e-15)
+            assert np.abs(two_way.pushes(seen)).max() < 1e-17  # of some 1e-4
+
+
+def test_steps_are_for_the_pericentre_wherever_companions_are():
+    with jax.enable_x64(True):
+        bodies = system(eccentricity=0.7)
+        mass, orbits = states.masses(bodies), np.stack(states.present(bodies))
+        place, speed = two_way.at_pericentres(mass[0], mass[1:], orbits)
+        assert np.linalg.norm(place) == pytest.approx(0.3, rel=1e-12)
+        assert np.linalg.norm(speed) * 0.3 == pytest.approx(np.linalg.norm(np.cross(*orbits)), rel=1)
+        turning = np.linalg.norm(np.cross(place[0], speed[0])) / 0.3**2
+        at_pericentre = np.sqrt(1.3 * 0.3 * 1.7) / 0.3**2
+        assert turning == pytest.approx(at_pericentre, rel=1e-12)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("order", "few"), [(2, 20.0), (4, 15.0), (6, 12.0), (8, 20.0)])
+def test_orders_are_what_they_are_called(order, few):
+    with jax.enable_x64(True):
+
+        def after(order, steps):
+            body = motion(order, steps)
+            body.advance(2.0)
+            return reached(body), body.steps
+
+        exact, _ = after(8, 60.0)
+        (coarse, some), (fine, more) = after(order, few), after(order, 2.0 * few)
+        found = np.log(np.abs(coarse - exact).max() / np.abs(fine - exact).max()) / np.log(more / some)
+        assert found == pytest.approx(order, abs=0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["splitting", "adaptive"])
+def test_a_resumed_body_goes_on_bit_for_bit(integrator):
+    with jax.enable_x64(True):
+        body, other = (motion(order=4, integrator=integrator) for _ in range(2))
         body.advance(1.0)
         stored = body.arrays()
-        other = coupled(order=4)
         other.resume(stored)
         for one in (body, other):
             one.advance(2.0)
         assert np.array_equal(reached(body), reached(other))
-        assert np.array_equal(body.arrays()["carry"], other.arrays()["carry"])
+        assert all(np.array_equal(array, other.arrays()[name]) for name, array in body.arrays().items())
+        with pytest.raises(ValueError, match="of shape"):
+            motion(more=(PLANET,)).resume(stored)
 
 
 @pytest.mark.slow
 def test_a_sphere_leaves_the_orbit_alone():
     with jax.enable_x64(True):
-        body = coupled()
-        sphere = rigid.body(1.0, np.full(3, 4e-4), effects=(GravityGradient(),))
-        ball = CoupledRigidBody(sphere, QUATERNION, MOMENTUM, Settings(order=2), body.bodies)
-        alone = body.bodies.copy()
+        bodies = system()
+        ball = coupled(bodies, np.full(3, 4e-4), QUATERNION, MOMENTUM, Settings(steps_per_rotation=80.0))
         ball.advance(1.5)
-        alone.integrate(1.5)
-        assert np.abs(np.subtract(ball.bodies.particles[1].xyz, alone.particles[1].xyz)).max() < 1e-14
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("case", ["at rest", "dust", "whfast"])
-def test_a_body_at_rest_dust_and_whfast_keep_the_angular_momentum_too(case):
-    dust = (Companion("dust", 0.0, semi_major_axis=3.0),) if case == "dust" else ()
-    with jax.enable_x64(True):
-        body = coupled(order=4, more=dust)
-        if case == "whfast":
-            body.bodies.integrator, body.bodies.dt = "whfast", 0.05
-        if case == "at rest":
-            body = CoupledRigidBody(body.body, QUATERNION, np.zeros(3), Settings(order=4), body.bodies)
-        momentum, energy = body.total_angular_momentum(), body.total_energy()
-        body.advance(0.5)
-        assert np.abs(body.total_angular_momentum() - momentum).max() < 1e-14 * np.linalg.norm(momentum)
-        assert body.total_energy() == pytest.approx(energy, rel=1e-8)
+        bodies.integrate(1.5)
+        assert np.abs(places(ball) - states.present(bodies)[0]).max() < 1e-14
 
 
 TWO = """
@@ -133,8 +157,6 @@ inclination = "10 deg"
 [orbits]
 back_reaction = true
 [effects.gravity_gradient]
-[numerics]
-integrator = "splitting"
 [time]
 end = "12 h"
 [output]
@@ -143,9 +165,11 @@ series_every = "1 h"
 
 
 @pytest.mark.slow
-def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path):
+@pytest.mark.parametrize(("integrator", "lost"), [("splitting", 1e-14), ("adaptive", 1e-12)])
+def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path, integrator, lost):
     """The moon moves as the sum says: its orbit's angular momentum, but for the body's part of it, and the spin's."""
-    ds = astroinertia.open(astroinertia.run_scene(load.loads(TWO), tmp_path / "two"))
+    scene = load.loads(TWO, [f"numerics.integrator={integrator}"])
+    ds = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "two"))
     assert ds["companion_position"].dims == ("time", "companion", "i") and ds["companion"].values.tolist() == ["moon"]
     place, speed = ds["companion_position"].values[:, 0], ds["companion_velocity"].values[:, 0]
     reduced = 1e15 * 2e14 / 1.2e15
@@ -156,8 +180,8 @@ def test_the_dataset_has_the_orbits_and_what_all_keep_together(tmp_path):
     np.testing.assert_allclose(ds["companion_energy"][:, 0], energy, rtol=1e-11)
     whole = ds["system_angular_momentum"].values
     np.testing.assert_allclose(whole, turning + ds["angular_momentum"].values, rtol=0, atol=near)
-    assert np.abs(whole - whole[0]).max() < 1e-14 * np.linalg.norm(whole[0])
-    assert np.ptp(ds["system_energy"].values) < 1e-6 * abs(ds["system_energy"].values[0])
+    assert np.abs(whole - whole[0]).max() < lost * np.linalg.norm(whole[0])
+    assert np.ptp(ds["system_energy"].values) < 1e-11 * abs(ds["system_energy"].values[0])
     # What the two exchange is there to be seen.
     assert np.linalg.norm(turning[-1] - turning[0]) > 1e-4 * np.linalg.norm(turning[0])
     np.testing.assert_allclose(np.linalg.norm(place[0]), 4e3 * (1 - 0.2), rtol=1e-9)  # at the pericentre
