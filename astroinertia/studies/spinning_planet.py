@@ -6,25 +6,22 @@ Test: tests/physics/test_spinning_planets.py.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from astroinertia.bodies.figures import figure_of_barotropes
 from astroinertia.bodies.rotating_figure import RotatingFigure
 from astroinertia.build.materials import materials
 from astroinertia.build.planets import planet
+from astroinertia.matter.barotropes import CondensedLaw
 from astroinertia.matter.interior import isentrope
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 
 _DENSEST = 3.0  # times the density without pressure: how far the laws are tabulated
-_ROWS = 2000  # of the table
 _NEAR = 0.1  # of the fraction of the radius at which a boundary lies at rest: where it is looked for
 _CLOSE = 1e-9  # of the radius
 
@@ -41,16 +38,6 @@ class Shape(NamedTuple):
     flattening: float
     exact_flattening: float
     angular_velocity: float
-
-
-@dataclass(frozen=True)
-class _Law:
-    """A solid or liquid as a barotrope (matter/barotropes.py), by splines: a figure asks it some ten thousand times."""
-
-    density: Callable
-    pressure: Callable
-    enthalpy: Callable
-    surface_index: float = 0.0
 
 
 def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
@@ -83,15 +70,10 @@ def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
     return figure(solution)
 
 
-def _law(matter: Any, number: int, label: float) -> _Law:
+def _law(matter: Any, number: int, label: float) -> CondensedLaw:
     law = isentrope(matter, int(number), float(label))
-    density = float(law.reference_density) * np.linspace(1.0, _DENSEST, _ROWS)
-    pressure = CubicSpline(density, law.pressure(density))
-    enthalpy = CubicSpline(density, pressure(density, 1) / density).antiderivative()(density)
-    values = pressure(density) - pressure(density[0])
-    splines = ((enthalpy, density), (enthalpy, values), (values, enthalpy))
-    densities, pressures, enthalpies = (CubicSpline(x, y, extrapolate=False) for x, y in splines)
-    return _Law(densities, pressures, enthalpies)
+    lightest = float(law.reference_density)
+    return CondensedLaw(law.pressure, lightest, _DENSEST * lightest)
 
 
 def shape(figure: RotatingFigure, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> Shape:
