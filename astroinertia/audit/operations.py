@@ -59,14 +59,6 @@ def of_text(text: str, owners: Mapping[str, str]) -> Counter[str]:
     return counts
 
 
-def of_module(text: str) -> int:
-    """Operations of all functions of a generated module, those that the engine itself writes among them.
-
-    Test: tests/physics/test_audit.py.
-    """
-    return sum(_operations(part) for part in ast.parse(text).body if isinstance(part, ast.FunctionDef))
-
-
 def _operations(function: ast.FunctionDef) -> int:
     kinds = ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp
     return sum(

@@ -127,22 +127,6 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
 
 
 @with_quantities()
-def circulation_of_moments(second_moment, mixed_moment, kinetic_tensor) -> np.ndarray:
-    """Return the size (...,) of the circulation vector of `bar_history` from Q, P and K (..., 3, 3) of an ellipsoid.
-
-    (tr(Q K) - tr(P P))^(1/2): of another flow it is an upper limit, in which the spread of velocities counts.
-    Source: P = q F (dF/dt)^T and K = q dF/dt (dF/dt)^T. Test: tests/unit/bodies/test_bar_analysis.py.
-
-    >>> turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    >>> print(circulation_of_moments(np.eye(3), turn.T, turn @ turn.T))  # q = 1, Omega = 1: 2 q Omega
-    2.0
-    """
-    moved, mixed, kinetic = (np.asarray(matrix, float) for matrix in (second_moment, mixed_moment, kinetic_tensor))
-    square = np.einsum("...ij,...ji->...", moved, kinetic) - np.einsum("...ij,...ji->...", mixed, mixed)
-    return np.sqrt(np.maximum(square, 0.0))
-
-
-@with_quantities()
 def growth_rate(times, strength, low: float, high: float) -> float:
     """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
 

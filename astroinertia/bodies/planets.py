@@ -21,7 +21,6 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
-STATUSES = ("measured", "hydrostatic", "model", "convention", "assumed")
 OWN = "own"  # status of a number that is not of the table
 _RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
 _FIELD = ("j2", "c22")

@@ -73,28 +73,6 @@ def target_energy(
 
 
 @with_quantities()
-def target_energy_parts(
-    second_moment: Array, target: Array, free_size: bool = False, normal: Array | None = None
-) -> Array:
-    """The energies of size, elongation and orientation at unit stiffness, (..., 3); none is negative.
-
-    With d dimensions: T/(2 d) (tr Q/T - tr N)^2; T/2 times the squared difference of the traceless parts' eigenvalues;
-    and T (Q/T):(N' - N). Arguments as for `target_energy`, of which they are the parts.
-
-    >>> print(target_energy_parts(np.diag([4.0, 4.0, 4.0]), np.eye(3)).round(12))  # only its size is wrong
-    [4.5 0.  0. ]
-    """
-    xp = namespace(second_moment, target, normal)
-    trace, share, wanted, plane = _shares(xp, second_moment, target, free_size, normal)
-    aligned = _aligned(xp, share, wanted)
-    dimensions = 3 if normal is None else 2
-    larger = xp.trace(share - aligned, axis1=-2, axis2=-1) / dimensions
-    size = 0.5 * trace * dimensions * larger**2
-    elongation = 0.5 * trace * _square(share - aligned - larger[..., None, None] * plane)
-    return xp.stack([size, elongation, trace * _contracted(share, aligned - wanted)], axis=-1)
-
-
-@with_quantities()
 def target_matrix(
     second_moment: Array,
     target: Array,

@@ -26,7 +26,6 @@ from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
 SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4766250 km
-SOLAR_TIME = SOLAR_LENGTH / SPEED_OF_LIGHT  # s
 _SOLAR_DENSITY = SOLAR_MASS / SOLAR_LENGTH**3  # kg m-3
 
 _ROUNDING = 1e-13  # a value this close to that at an edge is the edge

@@ -21,7 +21,6 @@ from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.moment_ratio import SYNCHRONOUS, polytropic_index
-from astroinertia.studies.sweeps import Model
 
 _QUANTITIES = {
     "flattening": "1 - c/a",
@@ -32,20 +31,6 @@ _QUANTITIES = {
     "rotation_parameter": "Omega^2 a^3/(G M)",
 }
 FREE = ("Mercury", "Venus", "Earth", "Mars", "Jupiter", "Saturn", "Uranus", "Neptune", "Ceres", "Vesta")
-
-
-ROTATING_POLYTROPES = Model(
-    lambda small_m, index: _members(small_m, index),
-    {"small_m": ("1", "Omega^2 R^3/(G M)"), "index": ("1", "polytropic index n, 0 for a uniform body")},
-    {name: ("1", text) for name, text in _QUANTITIES.items()},
-)
-"""Rigidly rotating polytropes, for `studies.sweeps.sweep`; NaN where one cannot rotate so fast or is not found."""
-
-
-def _members(small_m: np.ndarray, index: np.ndarray | float) -> dict[str, np.ndarray]:
-    rates, indices = np.broadcast_arrays(small_m, index)
-    rows = [_figure(_solver(float(n), None, None), float(m)) for m, n in zip(rates, indices, strict=True)]
-    return dict(zip(_QUANTITIES, np.array(rows).reshape(-1, len(_QUANTITIES)).T, strict=True))
 
 
 @with_quantities()

@@ -31,7 +31,7 @@ from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.collapsing_shells import shells_of
-from astroinertia.rotation.spin_scaling import SpinUp, radius_of_period, spin_up as whole
+from astroinertia.rotation.spin_scaling import SpinUp, spin_up as whole
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.studies.spin_histories import Quantity, in_si
@@ -368,16 +368,3 @@ def shell_collapse(
             "rotational_energy_rigid": locked.rotational_energy,
         },
     )
-
-
-@with_quantities()
-def crossing_radius(dataset: xr.Dataset, case: str, period: Quantity) -> float:
-    """The radius in m at which a case of `period_against_radius` has a period, with its last moment ratio.
-
-    >>> radius = crossing_radius(period_against_radius(), "iron core, 100 s", "1 s")
-    >>> print(f"{radius / 1e3:.0f} km")  # where it turns in 1 s
-    70 km
-    """
-    row = dataset.sel(case=case)
-    ratio, mass = float(row["moment_ratio"][-1]), float(row["mass"])
-    return float(radius_of_period(ratio, mass, float(row["angular_momentum"]), in_si(period, "time")))

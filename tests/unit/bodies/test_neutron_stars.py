@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies.neutron_stars import maximum_mass, sequence, stable_branch, star, star_of_mass
-from astroinertia.matter.compact_stars import SOLAR_TIME, constant_density, polytrope, read2009
+from astroinertia.matter.compact_stars import SOLAR_LENGTH, constant_density, polytrope, read2009
 from astroinertia.matter.compact_tables import tabulated
-from astroinertia.units import SOLAR_MASS
+from astroinertia.units import SOLAR_MASS, SPEED_OF_LIGHT
 
 GAMMA_TWO = polytrope(100.0, 2.0)
 
@@ -94,7 +94,7 @@ def test_properties_of_a_star():
     assert body.structure.lapse[-1] == pytest.approx(1 / (1 + body.redshift), rel=1e-15)
     assert body.tidal_deformability == pytest.approx(2 / 3 * body.tidal_love_number / body.compactness**5, rel=1e-15)
     # about 0.65 of the orbital frequency at the equator of the sphere (Haensel et al. 2009: 1.08 kHz to 1.67 kHz)
-    orbit = math.sqrt(body.mass / body.radius**3) / (2 * math.pi) / SOLAR_TIME
+    orbit = math.sqrt(body.mass / body.radius**3) / (2 * math.pi) / SOLAR_LENGTH * SPEED_OF_LIGHT
     assert body.shedding_frequency() / orbit == pytest.approx(0.589, abs=0.001)
     # Q_bar = Q M/J^2 with J = I Omega
     assert body.quadrupole_bar == pytest.approx(body.quadrupole * body.mass / body.moment_of_inertia**2, rel=1e-13)

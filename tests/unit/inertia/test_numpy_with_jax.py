@@ -52,10 +52,6 @@ CASES = {
         lambda q, n, k, normal: target.target_matrix(q, n, k, normal=normal),
         (TENSOR, WANTED, 2.0, A),
     ),
-    "target_energy_parts": (
-        lambda q, n, normal: target.target_energy_parts(q, n, normal=normal),
-        (TENSOR, WANTED, A),
-    ),
     "target_energy_gradient": (target.target_energy_gradient, (M, X, WANTED, 2.0)),
     "two_plane_equivalent": (balancing.two_plane_equivalent, (A[:2], ORIGIN[:2], PLANES)),
     "unbalance_of_body": (of_body(balancing.unbalance_of_body), OWN),

@@ -5,8 +5,7 @@ import pytest
 
 from astroinertia.bodies import maclaurin
 from astroinertia.errors import SceneError
-from astroinertia.studies.flattening import ROTATING_POLYTROPES, flattening, rotating_sequence
-from astroinertia.studies.sweeps import sweep
+from astroinertia.studies.flattening import flattening, rotating_sequence
 
 
 def test_uniform_bodies_are_maclaurin_spheroids():
@@ -48,19 +47,6 @@ def test_layers_of_one_density_are_a_spheroid():
 def test_more_condensed_bodies_are_flattened_less():
     flat = [float(rotating_sequence([0.05], index=index)["flattening"][0]) for index in (0.0, 0.5, 1.0)]
     assert flat[0] > flat[1] > flat[2] > 0.05 / 2  # a point mass has m/2
-
-
-@pytest.mark.parametrize("dask", [False, True])
-def test_a_sweep_over_rate_and_index_has_the_same_figures(dask):
-    if dask:
-        pytest.importorskip("dask")
-    values = {"small_m": [0.01, 0.05], "index": [0.0, 1.0]}
-    found = sweep(ROTATING_POLYTROPES, values, dask=dask, chunk=1).compute()
-    assert found["flattening"].dims == ("small_m", "index")
-    for index in values["index"]:
-        one = rotating_sequence(values["small_m"], index=index)
-        for name in ("flattening", "zonal_harmonic_2", "polar_moment_ratio_equatorial"):
-            np.testing.assert_array_equal(found[name].sel(index=index), one[name])
 
 
 @pytest.mark.slow
