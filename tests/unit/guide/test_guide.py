@@ -352,6 +352,14 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     pyplot.close("all")
 
 
+@pytest.mark.slow
+def test_pictures_that_the_page_of_precession_shows_are_drawn(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (code,) = [code for code in blocks(SHOWN["precession.md"], "python") if "astroinertia.plots" in code]
+    exec(compile(code, "precession.md", "exec"), {})
+    assert (tmp_path / "top.png").stat().st_size > 10_000
+
+
 @pytest.mark.full(inputs=["sims/core_to_pulsar_scaling.toml", page("sweeps.md")])
 def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(tmp_path, monkeypatch, capsys):
     """With fewer records than the scene has, on which they do not depend."""
@@ -388,6 +396,7 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
             for part in (("apsidal", 9), ("own_body", 2))
         ),
         *(("inertia-toolbox.md", "shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
+        ("precession.md", "frame_dragging", 5),
     ],
 )
 def test_numbers_that_pages_show_come_out(name, mark, least):
