@@ -85,17 +85,17 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
 
 
 @with_quantities()
-@double_precision("degree", "steps")
-def radau_variable(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) -> Array:
+@double_precision("degree")
+def radau_variable(body: LayeredBody, degree: int = 2) -> Array:
     """Radau's eta at the surface, a scalar: l - 2 for a homogeneous body, l + 1 for a point mass.
 
-    Arguments and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/bodies/test_clairaut.py.
+    Degree and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> print(f"{abs(float(radau_variable(constant_layers([1.0], [1.0])))):.6f}")
     0.000000
     """
-    from_outside, from_inside, _ = _disturbance(body, degree, steps)
+    from_outside, from_inside, _ = _disturbance(body, degree, DEFAULT_STEPS)
     return ((degree + 1) * from_outside - degree * from_inside) / (from_outside + from_inside)
 
 
@@ -124,8 +124,8 @@ class HydrostaticFigure:
 
 
 @with_quantities()
-@double_precision("steps")
-def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = DEFAULT_STEPS) -> HydrostaticFigure:
+@double_precision()
+def hydrostatic_figure(body: LayeredBody, angular_velocity: Array) -> HydrostaticFigure:
     """Flattening, J2 and moments of a layered body that rotates rigidly at `angular_velocity` (a scalar), first order.
 
     With no rotation it is exactly the sphere. The neglected terms are of relative order small_m. f = m (1 + k_2)/2,
@@ -138,7 +138,7 @@ def hydrostatic_figure(body: LayeredBody, angular_velocity: Array, steps: int = 
     """
     radius, mass, mean_moment = body.mean_radius, body.mass, body.mean_moment
     small_m = angular_velocity**2 * radius**3 / (body.gravitational_constant * mass)
-    from_outside, from_inside, inside = _disturbance(body, 2, steps)
+    from_outside, from_inside, inside = _disturbance(body, 2, DEFAULT_STEPS)
     k2 = from_inside / from_outside
     mean_density = _mean_density(body, layer_bounds(body)[1])
     flattenings = small_m / 2 * mean_density[-1] / mean_density * inside / from_outside
@@ -195,7 +195,7 @@ def radau_darwin_love_number(moment_ratio: Array) -> Array:
 
 
 @with_quantities()
-def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
+def radau_darwin_error(body: LayeredBody) -> Array:
     """What Radau-Darwin gives for I/(M R^2) from the body's true k_2, less its true moment ratio: a scalar.
 
     Source: Clairaut's equation solved without it. Checked by tests/unit/bodies/test_clairaut.py.
@@ -204,7 +204,7 @@ def radau_darwin_error(body: LayeredBody, steps: int = DEFAULT_STEPS) -> Array:
     >>> print(f"{float(radau_darwin_error(constant_layers([0.5, 1.0], [2.0, 1.0]))):.0e}")
     -2e-04
     """
-    return radau_darwin_moment_ratio(love_number(body, 2, steps)) - body.moment_ratio
+    return radau_darwin_moment_ratio(love_number(body)) - body.moment_ratio
 
 
 def _refuse_beyond(value: Array, least: float, most: float, limits: str) -> None:

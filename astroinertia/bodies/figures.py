@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -203,20 +203,11 @@ def figure_of_density(
 
 
 @with_quantities()
-def figure_of_layered_body(
-    body: "LayeredBody",
-    *,
-    small_m: float | None = None,
-    rotation_parameter: float | None = None,
-    angular_velocity: float | None = None,
-    harmonics: int | None = None,
-    nodes: int = NODES,
-    accuracy: float = ACCURACY,
-) -> RotatingFigure:
+def figure_of_layered_body(body: "LayeredBody", **settings: Any) -> RotatingFigure:
     """Return the figure of a body of layers of polynomial density (layered.py), which is that of its level surfaces.
 
-    Units, G and mean radius are the body's; arguments, errors and source as for `figure_of_density`. Checked by
-    tests/unit/bodies/test_figures.py.
+    Units, G and mean radius are the body's; settings: the rotation and the other arguments of `figure_of_density`, as
+    are errors and source. Checked by tests/unit/bodies/test_figures.py.
     """
     radii = np.asarray(body.outer_radii, dtype=float)
     thick = np.diff(radii, prepend=0.0) > 0
@@ -224,13 +215,8 @@ def figure_of_layered_body(
     return figure_of_density(
         radii[thick].tolist(),
         [density for density, kept in zip(layers, thick, strict=True) if kept],
-        small_m=small_m,
-        rotation_parameter=rotation_parameter,
-        angular_velocity=angular_velocity,
         gravitational_constant=float(body.gravitational_constant),
-        harmonics=harmonics,
-        nodes=nodes,
-        accuracy=accuracy,
+        **settings,
     )
 
 

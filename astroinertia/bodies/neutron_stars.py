@@ -247,7 +247,7 @@ def stable_branch(equation_of_state: Barotrope, relativistic: bool = True) -> St
 
 
 @with_quantities()
-def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolerance: float = TOLERANCE) -> NeutronStar:
+def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True) -> NeutronStar:
     """Return the heaviest star: M to 1e-10, its central enthalpy (and so R) to about 1e-6.
 
     ValueError where the mass has no maximum within the equation of state.
@@ -262,13 +262,11 @@ def maximum_mass(equation_of_state: Barotrope, relativistic: bool = True, tolera
             f"equation of state {equation_of_state.name}: the mass still rises at the largest central enthalpy, "
             f"{branch.highest:.3g}; there is no maximum"
         )
-    return star(equation_of_state, central_enthalpy=branch.highest, relativistic=relativistic, tolerance=tolerance)
+    return star(equation_of_state, central_enthalpy=branch.highest, relativistic=relativistic)
 
 
 @with_quantities(mass="Msun")
-def star_of_mass(
-    equation_of_state: Barotrope, mass: float, relativistic: bool = True, tolerance: float = TOLERANCE
-) -> NeutronStar:
+def star_of_mass(equation_of_state: Barotrope, mass: float, relativistic: bool = True) -> NeutronStar:
     """Return the stable star of a given gravitational mass (solar masses), on the branch of the heaviest star.
 
     ValueError for a mass above the maximum or below the least of that branch.
@@ -282,7 +280,7 @@ def star_of_mass(
 
     def found(log_enthalpy: float) -> float:
         enthalpy = min(max(math.exp(log_enthalpy), branch.lowest), branch.highest)
-        return structure(equation_of_state, enthalpy, relativistic, tolerance).mass
+        return structure(equation_of_state, enthalpy, relativistic).mass
 
     ends = math.log(branch.lowest), math.log(branch.highest)
     least, most = map(found, ends)
@@ -292,8 +290,7 @@ def star_of_mass(
             f"not {mass:.6g}"
         )
     root = root_scalar(lambda log: found(log) / mass - 1, bracket=ends, method="brentq", xtol=1e-14, rtol=1e-14).root
-    enthalpy = math.exp(root)
-    return star(equation_of_state, central_enthalpy=enthalpy, relativistic=relativistic, tolerance=tolerance)
+    return star(equation_of_state, central_enthalpy=math.exp(root), relativistic=relativistic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,7 +310,6 @@ def sequence(
     central_rest_densities: Iterable[float] | None = None,
     count: int = 40,
     relativistic: bool = True,
-    tolerance: float = TOLERANCE,
 ) -> Sequence:
     """Return stars of the given central rest densities, or `count` of them over the stable branch.
 
@@ -325,10 +321,7 @@ def sequence(
     else:
         chosen = [_geometric("central_rest_density", value) for value in central_rest_densities]
         enthalpies = [equation_of_state.enthalpy_of("rest_density", value) for value in sorted(chosen)]
-    stars = tuple(
-        star(equation_of_state, central_enthalpy=value, relativistic=relativistic, tolerance=tolerance)
-        for value in enthalpies
-    )
+    stars = tuple(star(equation_of_state, central_enthalpy=value, relativistic=relativistic) for value in enthalpies)
     slack = 1 + 1e-12
     stable = [branch.lowest <= value * slack and value <= branch.highest * slack for value in enthalpies]
     return Sequence(stars, np.array(stable))

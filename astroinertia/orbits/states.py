@@ -61,8 +61,8 @@ def go_on(bodies: rebound.Simulation, time: float) -> None:
     bodies.t, bodies.dt = time, longest
 
 
-def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities (N-1, 3) of all particles but one relative to that one, now.
+def present(bodies: rebound.Simulation) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities (N-1, 3) of all particles but the first relative to that one, now.
 
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0, x=5.0)
@@ -70,10 +70,9 @@ def present(bodies: rebound.Simulation, origin: int = 0) -> tuple[np.ndarray, np
     >>> print(*present(bodies))
     [[1. 0. 0.]] [[0. 1. 0.]]
     """
-    others = np.arange(bodies.N) != origin
     place, speed = np.empty((bodies.N, 3)), np.empty((bodies.N, 3))
     bodies.serialize_particle_data(xyz=place, vxvyvz=speed)
-    return place[others] - place[origin], speed[others] - speed[origin]
+    return place[1:] - place[0], speed[1:] - speed[0]
 
 
 def masses(bodies: rebound.Simulation) -> np.ndarray:

@@ -133,7 +133,7 @@ def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared]
         )
         for (left, right), one in zip(grid, quantities, strict=True):
             _overlaid(left, one, names, factor)
-            _differences(right, one, names, factor, finest)
+            _differences(right, one, factor, finest)
             for axes in (left, right):
                 axes.set_xlim(0, max(line.times[-1] for line in one.lines.values()) / factor)
                 axes.tick_params(labelbottom=one is quantities[-1])
@@ -278,7 +278,7 @@ def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:
         axes.set_ylabel(style.raised(unit))
 
 
-def _differences(axes, one: Compared, names: list[str], factor: float, finest: int) -> None:
+def _differences(axes, one: Compared, factor: float, finest: int) -> None:
     drawn = []
     for place, (number, line) in enumerate(one.lines.items()):
         sizes = abs(line.difference) / one.size

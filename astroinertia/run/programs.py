@@ -51,9 +51,7 @@ def _rehearse(scene: Scene, found: dict[Program, None]) -> None:
         prepared.evolution.advance(prepared.outputs.end)
 
 
-def _made_up_density(
-    position: Array, h: Array, mass: Array, targets: Array, options: Array, results: Array, **_: Array
-) -> None:
+def _made_up_density(h: Array, mass: Array, targets: Array, options: Array, results: Array, **_: Array) -> None:
     """Lengths as they are guessed, densities that go with them, and no gradients."""
     results[0] = h[targets]
     results[1] = mass[targets] * (options[2] / h[targets]) ** 3

@@ -92,7 +92,7 @@ def loads(
     observed, others = own_observables.apart(effects)
     kinds, fluid, body = own_bodies.entries(others)
     tables = override(parse(text, name), overrides)
-    listed = _listing(tables, effects, kinds, observed)
+    listed = _listing(tables, effects, kinds)
     overrides = (*overrides, *listed)
     tables = override(tables, overrides)
     overrides = (*overrides, *_units_of_files(tables, origin), *_particles_to_choose(tables))
@@ -154,12 +154,8 @@ def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
         raise SceneError(f"the {thing} '{made.kind}' is given with other options than the run began with: {was}.")
 
 
-def _listing(
-    tables: dict[str, Any], things: Sequence[Any], kinds: Mapping[str, Entry], observed: Mapping[str, Entry]
-) -> list[str]:
-    """Overrides that list what is given from Python, with its options: effects of the `kinds`, observables of the
-    kinds `observed`, and matter.
-    """
+def _listing(tables: dict[str, Any], things: Sequence[Any], kinds: Mapping[str, Entry]) -> list[str]:
+    """Overrides that list what is given from Python, with its options: effects of the `kinds`, observables, matter."""
     overrides, code = [], tables.get("units") == "code"
     for own in things:
         if isinstance(own, type):

@@ -204,7 +204,7 @@ def _descend(
     for step in range(max_steps + 1):
         forces = _forces(problem, state, centre, rotation, infall)
         moved = np.linalg.norm(_centre(state) - centre) / size
-        report = _report(step, problem, state, forces, target_density, float(moved), _size(state) / size, infall or 0.0)
+        report = _report(step, state, forces, target_density, float(moved), _size(state) / size, infall or 0.0)
         if listener is not None:
             listener(report)
         if report.residual < tolerances.residual or not math.isfinite(report.residual) or step == max_steps:
@@ -307,7 +307,7 @@ def _next_move(state: State, forces: _Forces, move: np.ndarray, inertia: float) 
     return move - state.mass @ move / state.mass.sum()
 
 
-def _report(step, problem, state, forces, target_density, moved, growth, infall) -> Report:
+def _report(step, state, forces, target_density, moved, growth, infall) -> Report:
     mass, fluid = np.asarray(state.mass), state.rates.fluid
     rms = [math.sqrt(mass @ (a**2).sum(axis=1)) for a in (forces.net, forces.gravity)]
     error = math.nan
