@@ -20,12 +20,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from astroinertia.accuracy.companion_runs import CompanionRun
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error, value
 from astroinertia.errors import SceneError
 from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, RECORDED
+from astroinertia.process.roots import root_between
 
 SUFFIX = "_error"
 HEADLINE = (
@@ -137,7 +137,7 @@ def measured_order(steps: Sequence[float], first: np.ndarray, second: np.ndarray
     if misfit(theory) <= 0.0:
         return theory
     lowest = min(LOWEST_ORDER, theory)
-    return lowest if misfit(lowest) >= 0.0 else float(brentq(misfit, lowest, theory))  # type: ignore[arg-type]
+    return lowest if misfit(lowest) >= 0.0 else root_between(misfit, lowest, theory)
 
 
 def largest_lately(times: np.ndarray, sizes: np.ndarray) -> np.ndarray:

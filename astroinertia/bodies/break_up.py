@@ -13,7 +13,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.optimize import root_scalar
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
@@ -22,6 +21,7 @@ from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rot
 from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import polytropic_matter
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS
 
 Array = Any
@@ -227,7 +227,7 @@ def spun_up_polytrope(
         return star.angular_momentum / math.sqrt(_radius_at_rest(star, index)) - wanted
 
     flattest = end_of_sequence(matter).field.axis_ratio
-    ratio = 1.0 if wanted == 0 else float(root_scalar(excess, bracket=(flattest, 1.0), xtol=1e-13, rtol=1e-12).root)
+    ratio = 1.0 if wanted == 0 else root_between(excess, flattest, 1.0, 1e-13, 1e-12)
     equator = radius_at_rest / _radius_at_rest(rotating_star(matter, ratio), index)
     return rotating_star(matter, ratio, mass=mass, equatorial_radius=equator,
                          gravitational_constant=gravitational_constant)  # fmt: skip

@@ -14,7 +14,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import root_scalar
 
 from astroinertia.bodies.apsidal import (
     CORE_START,
@@ -29,6 +28,7 @@ from astroinertia.bodies.polytrope import central_series, hermite
 from astroinertia.errors import NumericalError
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 _NODES = 513  # in each zone, for the profiles
 _SCAN = 33  # places of the interface tried before one is refined
@@ -261,10 +261,10 @@ def _interface(indices: tuple[float, float], weight_ratio: float, name: str, wan
             f"{count} {name} = {wanted:g}, with fractions from {wanted + gaps.min():.3g} to {wanted + gaps.max():.3g}"
             + (": give the pressure" if len(changes) else "")
         )
-    low, high = places[changes[0]], places[changes[0] + 1]
-    rough = root_scalar(excess, args=(tolerance,), bracket=(low, high), rtol=_ROUGH).root
+    low, high = map(float, places[changes[0] : changes[0] + 2])
+    rough = root_between(lambda t: excess(t, tolerance), low, high, relative=_ROUGH)
     for margin in (100 * _ROUGH, np.inf):
-        near = float(max(low, rough - margin)), float(min(high, rough + margin))
+        near = max(low, rough - margin), min(high, rough + margin)
         if excess(near[0], ROUND_OFF) * excess(near[1], ROUND_OFF) <= 0:
-            return float(root_scalar(excess, args=(ROUND_OFF,), bracket=near, rtol=_PLACE, xtol=_PLACE).root)
+            return root_between(lambda t: excess(t, ROUND_OFF), *near, _PLACE, _PLACE)
     raise NumericalError(f"no interface was found with {name} = {wanted:g}")

@@ -20,12 +20,11 @@ from typing import Literal, get_args
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import hermite
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.roots import bisected
+from astroinertia.process.roots import bisected, root_between
 
 GAMMA = 4.0 / 3.0
 _SERIES_END = 0.04  # x up to which four terms of the series at the centre are exact to round-off
@@ -127,7 +126,7 @@ def critical_rate() -> float:
         bottom.terminal, bottom.direction = True, 1.0  # type: ignore[attr-defined]
         return _outwards(rate, _FARTHEST, events=bottom).y_events[0][0][0]
 
-    return float(brentq(least, *_BRACKET, xtol=1e-16, rtol=1e-14))  # type: ignore[arg-type]
+    return root_between(least, *_BRACKET, 1e-16, 1e-14)
 
 
 @lru_cache(maxsize=64)

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.optimize import fminbound, root_scalar
+from scipy.optimize import fminbound
 
 from astroinertia.bodies.neutron_star_fits import shedding_frequency
 from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
@@ -23,6 +23,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, geometric_density, geometric_pressure
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 from astroinertia.units import SOLAR_MASS, with_unit
 
 _SCAN_TOLERANCE = 1e-7
@@ -289,7 +290,7 @@ def star_of_mass(equation_of_state: Barotrope, mass: float, relativistic: bool =
             f"equation of state {equation_of_state.name}: stable stars have {least:.6g} to {most:.6g} solar masses, "
             f"not {mass:.6g}"
         )
-    root = root_scalar(lambda log: found(log) / mass - 1, bracket=ends, method="brentq", xtol=1e-14, rtol=1e-14).root
+    root = root_between(lambda log: found(log) / mass - 1, *ends, 1e-14, 1e-14)
     return star(equation_of_state, central_enthalpy=math.exp(root), relativistic=relativistic)
 
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.optimize import root_scalar
 
 from astroinertia.bodies.equilibrium_figure import EquilibriumFigure
 from astroinertia.bodies.rotation_laws import RIGID, Law
@@ -22,6 +21,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.matter.barotropes import ScaledLaw
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
 _STEP = 0.1  # of the axis ratio from member to member of a sequence
@@ -344,7 +344,7 @@ def rotating_star_with(
     def at(ratio: float) -> float:
         return excess(rotating_star(matter, ratio, law, resolution=resolution, **scale))
 
-    root = float(root_scalar(at, bracket=bracket, method="brentq", xtol=1e-13, rtol=1e-12).root)
+    root = root_between(at, *bracket, 1e-13, 1e-12)
     return rotating_star(matter, root, law, resolution=resolution, **scale)
 
 
@@ -388,7 +388,7 @@ def _end(member, matter, law, resolution, within: float, good: float, bad: float
         try:
             if sheds and gravity(good) < 0 < gravity(bad):
                 sheds = False  # unless this is how it ends
-                root = float(root_scalar(gravity, bracket=(bad, good), method="brentq", xtol=_CLOSEST / 10).root)
+                root = root_between(gravity, bad, good, _CLOSEST / 10)
                 member(root + _CLOSEST)
                 return root + _CLOSEST
         except NumericalError:

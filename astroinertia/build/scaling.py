@@ -7,7 +7,6 @@ from typing import Any
 import jax
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from scipy.optimize import root_scalar
 
 from astroinertia.bodies.ellipsoid_gravity import potential_energy_tensor
 from astroinertia.bodies.rotation_laws import RotationLaw
@@ -33,6 +32,7 @@ from astroinertia.models.scaling.evolution import (
 )
 from astroinertia.models.scaling.homology import Dynamic, Fixed, Kepler, Prescribed, SizeLaw
 from astroinertia.models.sph.record import RADIUS_BINS
+from astroinertia.process.roots import root_between
 from astroinertia.rotation.collapsing_shells import mass_quadrature
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -308,7 +308,7 @@ def _settled(
             low, high = high, high * _SWELLING
             if high > _LARGEST:
                 raise SceneError("[body.rotation] is too fast: the body finds no equilibrium with it.")
-        scale = float(root_scalar(excess, bracket=(low, high), xtol=1e-15, rtol=1e-15).root)
+        scale = root_between(excess, low, high)
     momentum, kinetic = spin(scale)
     return scale, momentum, kinetic * scale**2 / momentum**2
 

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import least_squares
 
 from astroinertia.inertia.gravity_field import GravityField, layered_field
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import inertia_from_second_moment, require_plausible, second_moment_from_inertia
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 
 Array = Any
 
@@ -179,7 +180,7 @@ def layered_ellipsoid(
                 f"no such layers have this tensor and mass: a homogeneous ellipsoid with them has the density "
                 f"{wanted:.6g}, and {low:.6g} <= {wanted:.6g} <= {high:.6g} fails"
             )
-        x = float(brentq(excess, ends[part], ends[part + 1], xtol=1e-16, rtol=1e-15))  # type: ignore[arg-type]
+        x = root_between(excess, ends[part], ends[part + 1], 1e-16)
     third, fifth = sums(x)
     outer = plain.semi_axes[0] * (third / fifth) ** 0.5
     return LayeredEllipsoid(np.append(x * proportions, 1.0)[:, None] * outer, values, plain.axes)

@@ -13,15 +13,15 @@ Tests: tests/unit/matter/test_compact_stars.py.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import root_scalar
 
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 from astroinertia.storage.data_tables import data_rows
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGHT
 
@@ -182,8 +182,7 @@ class Barotrope:
                     return low
                 if excess(high, piece) <= 0:
                     return high
-                solution = root_scalar(excess, (piece,), "brentq", (low, high), xtol=1e-300, rtol=8.9e-16, maxiter=500)
-                return solution.root
+                return root_between(partial(excess, piece=piece), low, high, 1e-300, 8.9e-16)
         raise ValueError(
             f"equation of state {self.name}: a {quantity} of {value:.6g} lies above the largest that it covers, "
             f"{value * (1 + excess(self.edges[-1], self.pieces[-1])):.6g}"

@@ -1,21 +1,27 @@
-"""Roots of functions of one variable between two ends, to round-off: of one function, or of many at once."""
+"""Roots of functions of one variable between two ends, of one function, or of many at once."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-_TOLERANCE = np.float64(1e-15)  # scipy allows no less than four times round-off
+_TOLERANCE = 1e-15  # scipy allows no less than four times round-off
+_MOST_STEPS = 1000
 
 
-def root_between(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the root of `function` between `low` and `high` to 1e-15, absolute and relative (Brent's method).
+def root_between(
+    function: Callable[[float], float], low: float, high: float, absolute: float = _TOLERANCE,
+    relative: float = _TOLERANCE,
+) -> float:  # fmt: skip
+    """Return the root of `function` between `low` and `high` to the sum of these errors (Brent's method).
 
     ValueError unless the function has different signs there. Source: Brent 1973, Algorithms for Minimization without
     Derivatives, ch. 4. Test: tests/unit/bodies/test_ellipsoids.py (every figure found from a quantity).
     """
     from scipy.optimize import brentq  # only here: who opens a file need not wait for it
 
-    return float(brentq(function, low, high, xtol=_TOLERANCE, rtol=_TOLERANCE))  # pyright: ignore[reportArgumentType]
+    root: Any = brentq(function, low, high, xtol=absolute, rtol=np.float64(relative), maxiter=_MOST_STEPS)
+    return float(root)
 
 
 def bisected(below: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray, steps: int) -> np.ndarray:

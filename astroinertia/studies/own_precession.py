@@ -24,10 +24,10 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import xarray as xr
-from scipy.optimize import brentq
 
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.process.roots import root_between
 from astroinertia.rotation.precession import geodesic_precession, node_nutation
 from astroinertia.rotation.secular_orbits import laplace_coefficient
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
@@ -230,8 +230,7 @@ def _mean_plane(
     most = theta if left(theta) > 0.0 else theta + 0.25 * math.pi
     if left(0.0) * left(most) >= 0.0:
         raise SceneError(f"precession_of: the mean orbit of {shown(moon.name)} keeps no tilt; is it bound?")
-    root: Any = brentq(left, 0.0, most, xtol=1e-300, rtol=1e-14, maxiter=1000)  # pyright: ignore[reportArgumentType]
-    return float(root)
+    return root_between(left, 0.0, most, 1e-300, 1e-14)
 
 
 @lru_cache(maxsize=256)

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from scipy.optimize import brentq
 
 from astroinertia.bodies.figures import figure_of_barotropes
 from astroinertia.bodies.rotating_figure import RotatingFigure
@@ -18,6 +17,7 @@ from astroinertia.build.materials import materials
 from astroinertia.build.planets import planet
 from astroinertia.matter.barotropes import CondensedLaw
 from astroinertia.matter.interior import isentrope
+from astroinertia.process.roots import root_between
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 
@@ -66,8 +66,7 @@ def figure_of_scene(scene: Scene, angular_velocity: float) -> RotatingFigure:
 
     if len(laws) == 1:
         return figure(1.0)
-    solution: Any = brentq(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, xtol=_CLOSE)
-    return figure(solution)
+    return figure(root_between(excess, (1 - _NEAR) * boundary, (1 + _NEAR) * boundary, _CLOSE))
 
 
 def _law(matter: Any, number: int, label: float) -> CondensedLaw:

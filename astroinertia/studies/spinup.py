@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import root_scalar
 
 from astroinertia import dataset as datasets
 from astroinertia.accuracy.running import run_scene
@@ -30,6 +29,7 @@ from astroinertia.errors import AbsentError, NumericalError, SceneError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, read2009
 from astroinertia.matter.degenerate import degenerate_electrons
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.roots import root_between
 from astroinertia.rotation.collapsing_shells import shells_of
 from astroinertia.rotation.spin_scaling import SpinUp, spin_up as whole
 from astroinertia.scene import load
@@ -306,8 +306,7 @@ def star_of_baryons(equation_of_state: Barotrope, rest_mass: float) -> NeutronSt
             f"equation of state {equation_of_state.name}: stable stars have rest masses of "
             f"{rest_mass * (1 + least):.6g} to {rest_mass * (1 + most):.6g} solar masses, not {rest_mass:.6g}"
         )
-    solution = root_scalar(excess, bracket=(low, high), method="brentq", xtol=1e-11, rtol=1e-11)
-    return star(equation_of_state, central_enthalpy=math.exp(solution.root))
+    return star(equation_of_state, central_enthalpy=math.exp(root_between(excess, low, high, 1e-11, 1e-11)))
 
 
 @with_quantities()

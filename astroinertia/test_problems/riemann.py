@@ -1,10 +1,10 @@
 """The exact solution of the Riemann problem of an ideal gas (Toro 2009, Riemann Solvers, chapter 4)."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+
+from astroinertia.process.roots import root_between
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,7 @@ def star(left: Side, right: Side, gamma: float) -> tuple[float, float]:
     high = max(left.pressure, right.pressure)
     while excess(high) < 0.0:
         high *= 4.0
-    root: Any = brentq(excess, 1e-14 * min(left.pressure, right.pressure), high, xtol=1e-300, rtol=np.float64(1e-14))
-    pressure = float(root)
+    pressure = root_between(excess, 1e-14 * min(left.pressure, right.pressure), high, 1e-300, 1e-14)
     change = _change(pressure, right, gamma) - _change(pressure, left, gamma)
     return pressure, 0.5 * (left.velocity + right.velocity + change)
 

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
-from scipy.optimize import root_scalar
 
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.prescribed import Change
+from astroinertia.process.roots import root_between
 
 SMALLEST = 1e-6  # of the opening size: a body that falls below this has collapsed to a point
 _RELATIVE, _ABSOLUTE = 3e-14, 1e-16
@@ -138,7 +138,7 @@ class Kepler:
 
         wanted = mean(start) + 2 * math.pi * math.fmod(time, self.period) / self.period
         wanted -= 2 * math.pi * round(wanted / (2 * math.pi))
-        anomaly = root_scalar(lambda x: mean(x) - wanted, bracket=(-3.2, 3.2), xtol=1e-300, rtol=1e-14).root
+        anomaly = root_between(lambda x: mean(x) - wanted, -3.2, 3.2, 1e-300, 1e-14)
         scale = least + 2 * half * eccentricity * math.sin(0.5 * anomaly) ** 2
         rate = speed * eccentricity * math.sin(anomaly) / scale
         return Size(scale, rate, (self.repulsion / scale - self.attraction) / scale**2)
@@ -157,7 +157,7 @@ class Kepler:
         low, high = 0.0, min(time / self.scale, last, slow)
         while self._moved(high)[1] < time and high < last:
             low, high = high, min(2 * high, last)
-        step = float(root_scalar(lambda s: self._moved(s)[1] - time, bracket=(low, high), xtol=1e-300, rtol=1e-14).root)
+        step = root_between(lambda s: self._moved(s)[1] - time, low, high, 1e-300, 1e-14)
         for _ in range(2):
             scale, reached, _ = self._moved(step)
             if scale > SMALLEST * self.scale:
@@ -325,10 +325,8 @@ class Dynamic:
 
     def _turned(self, before: float, old: np.ndarray, time: float) -> None:
         # Half a period lies between two turning points, by the symmetry of a motion in a potential.
-        crossing = root_scalar(
-            lambda t: self._from(before, old, t)[1], bracket=(before, time), xtol=1e-15 * time, rtol=1e-15
-        )
-        self._turns.append((float(crossing.root), old))
+        crossing = root_between(lambda t: self._from(before, old, t)[1], before, time, 1e-15 * time)
+        self._turns.append((crossing, old))
         if len(self._turns) == 2:
             self._period = 2 * (self._turns[1][0] - self._turns[0][0])
             while self._knots[-1][0] < self._period:
