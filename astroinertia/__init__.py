@@ -112,23 +112,17 @@ def run_scene(
     ...     print(run_scene("sims/core_to_pulsar_scaling.toml", folder + "/run").name)
     core_to_pulsar_scaling.nc
     """
-    from astroinertia.process import kept_programs, requirements
-    from astroinertia.process.arguments import refuse_wrong
-
-    requirements.check()
-    kept_programs.keep_apart()
+    _get_ready()
     from astroinertia.accuracy import running
-    from astroinertia.observables.own import with_observables
+    from astroinertia.process.arguments import refuse_wrong
     from astroinertia.run.loop import refuse_before
     from astroinertia.run.meter import preparing, watched
     from astroinertia.scene import load as scenes, sweep as sweeps
-    from astroinertia.scene.own_bodies import with_body
-    from astroinertia.scene.own_matter import with_matter
     from astroinertia.scene.schema import Scene
 
     place = _path("folder", folder)
     refuse_wrong(listener, workers, cluster, effects, observables)
-    own = with_body(with_observables(with_matter(effects, matter), observables), body)
+    own = _of_your_own(effects, matter, observables, body)
     if not own and not isinstance(scene, Scene) and (sweep := sweeps.of(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
@@ -165,17 +159,11 @@ def resume(
     >>> print(resume("runs/star").name)  # finished: it has nothing to do, and tells where the result is
     one_star_three_models.nc
     """
-    from astroinertia.process import kept_programs, requirements
-    from astroinertia.process.arguments import refuse_wrong
-
-    requirements.check()
-    kept_programs.keep_apart()
+    _get_ready()
     from astroinertia.accuracy import running
-    from astroinertia.observables.own import with_observables
+    from astroinertia.process.arguments import refuse_wrong
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
-    from astroinertia.scene.own_bodies import with_body
-    from astroinertia.scene.own_matter import with_matter
     from astroinertia.storage.archive import SWEEP
 
     place, settings = _path("folder", folder), settings_of(settings)
@@ -191,7 +179,7 @@ def resume(
             raise SceneError("a sweep goes on as it began: settings are for a run.")
         with watched(progress, listener, "members are at work") as meter:
             return go_on_with_members(place, workers, cluster, listener=meter and meter.tell_members).file
-    own = with_body(with_observables(with_matter(effects, matter), observables), body)
+    own = _of_your_own(effects, matter, observables, body)
     with watched(progress, listener, "the run is read") as meter:
         return running.unless_stopped(
             place,
@@ -221,22 +209,16 @@ def branch(
     >>> print(ds.attrs["history"].split(", with ")[-1])
     time.end="15 min"
     """
-    from astroinertia.process import kept_programs, requirements
-    from astroinertia.process.arguments import refuse_wrong
-
-    requirements.check()
-    kept_programs.keep_apart()
+    _get_ready()
     from astroinertia.accuracy import running
-    from astroinertia.observables.own import with_observables
+    from astroinertia.process.arguments import refuse_wrong
     from astroinertia.run.branch import branch as start
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
-    from astroinertia.scene.own_bodies import with_body
-    from astroinertia.scene.own_matter import with_matter
 
     source, place, settings = _path("run", run), _path("folder", folder), settings_of(settings)
     refuse_wrong(listener, 1, None, effects, observables)
-    own = with_body(with_observables(with_matter(effects, matter), observables), body)
+    own = _of_your_own(effects, matter, observables, body)
     with watched(progress, listener) as meter:
         hears = _both(listener, meter)
         return running.unless_stopped(
@@ -260,17 +242,31 @@ def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, 
     >>> print(round(slope * 30.0 / spin, 9), answer.parameter_unit.values)
     -1.0 ['s']
     """
-    from astroinertia.process import kept_programs, requirements
+    _get_ready()
     from astroinertia.process.arguments import refuse_wrong_names
-
-    requirements.check()
-    kept_programs.keep_apart()
     from astroinertia.scene import load as scenes
     from astroinertia.scene.schema import Scene
     from astroinertia.sweeps import gradient as gradients
 
     refuse_wrong_names(of, by)
     return gradients.gradient(scene if isinstance(scene, Scene) else scenes.of(scene), of, by)
+
+
+def _get_ready() -> None:
+    """Refuse versions that will not do, and keep compiled programs apart by processor."""
+    from astroinertia.process import kept_programs, requirements
+
+    requirements.check()
+    kept_programs.keep_apart()
+
+
+def _of_your_own(effects: Sequence[Any], matter: Any, observables: Sequence[Any], body: Any) -> Sequence[Any]:
+    """All that is given from Python beside the scene."""
+    from astroinertia.observables.own import with_observables
+    from astroinertia.scene.own_bodies import with_body
+    from astroinertia.scene.own_matter import with_matter
+
+    return with_body(with_observables(with_matter(effects, matter), observables), body)
 
 
 def _path(name: str, value: Any, what: str = "a folder") -> Path:
