@@ -150,36 +150,61 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     are kept as they are, in code units, and say so.
     """
     units, effects = code_units(metadata), list(metadata.get("effects", []))
-    dimensionless, frame = units == DIMENSIONLESS, frame_of(metadata)
-    tolerance, radius = gap_tolerance(metadata), metadata.get("reference_radius")
-    absent, skipped = metadata.get("absent", {}), metadata.get("skipped_effects", {})
+    frame, tolerance = frame_of(metadata), gap_tolerance(metadata)
+    absent, regions = metadata.get("absent", {}), metadata.get("regions", {})
     values = {name: np.asarray(array) for name, array in series.items()}
     unclosed = ledger_warnings(values, effects)
-    values |= derived_quantities(values, tolerance, radius, metadata.get("structure", {}))
+    values |= derived_quantities(values, tolerance, metadata.get("reference_radius"), metadata.get("structure", {}))
     attitude = metadata.get("model") == "rigid" and {"attitude", "torque"} <= set(values)
     if attitude:
         values |= attitude_quantities(values, "pivot" in effects, "rotational_deformation" in effects)
-    regions = metadata.get("regions", {})
     if regions:
         values |= regional_quantities(values, tolerance)
-    if not dimensionless and frame == INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
-        acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
-        acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
-        strains = [
-            gravitational_wave_strain(acceleration, *angles, gravitational_constant=gravity) for angles in _OBSERVERS
-        ]
-        for name, pair in zip(("gw_strain_plus", "gw_strain_cross"), zip(*strains, strict=True), strict=True):
-            values[name] = np.stack(pair, axis=-1)
-        carried = waves(units.to_si(values["time"], "time"), acceleration, gravity)
-        values |= {f"gw_{name}": array for name, array in carried._asdict().items()}
-        if too_faint(values["gw_strain_plus"], values["gw_strain_cross"]):
-            absent = absent | {name: FAINT for name in values if name.startswith("gw_")}
-            values = {name: array for name, array in values.items() if not name.startswith("gw_")}
-    frequency = values.pop("gw_frequency", np.zeros(1))
-    time = values.pop("time")
+    if units != DIMENSIONLESS and frame == INERTIAL and {"kinetic_tensor", "virial_tensor"} <= set(values):
+        sent = _gravitational_waves(values, units)
+        if too_faint(sent["gw_strain_plus"], sent["gw_strain_cross"]):
+            absent = absent | dict.fromkeys(sent, FAINT)
+        else:
+            values |= sent
+    frequency, time = values.pop("gw_frequency", np.zeros(1)), values.pop("time")
     sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
-    variables = {}
-    schema = RECORDED | DERIVED | (REGIONAL if regions else {})
+    variables = _variables(values, metadata, sizes, absent)
+    _annotate(variables, tolerance, metadata)
+    seconds = time * units.unit("time")
+    if attitude:
+        names = ("angular_momentum", "inertia_tensor", "attitude", *OF_ATTITUDE)
+        whole = {name: variables[name][1] for name in names if name in variables} | {"time": seconds}
+        for name, found in attitude_attributes(whole).items():
+            variables[name][2].update(found)
+    attrs = global_attributes(metadata, units, frame)
+    particles = min(metadata.get("body_particles") or [math.inf])
+    if warnings := resolution_warnings(series, metadata.get("neighbours"), particles, bool(metadata.get("box"))):
+        attrs["resolution_warnings"] = "\n".join(warnings)
+    if unclosed:
+        attrs["ledger_warnings"] = "\n".join(unclosed)
+    return xr.Dataset(variables, coords=_coordinates(variables, metadata, seconds, frequency), attrs=attrs)
+
+
+def _gravitational_waves(values: Mapping[str, np.ndarray], units: CodeUnits) -> dict[str, np.ndarray]:
+    """The strain that the schema's observers see, and what the waves carry off, in SI."""
+    acceleration = second_moment_acceleration(values["kinetic_tensor"], values["virial_tensor"].sum(axis=1))
+    acceleration, gravity = units.to_si(acceleration, "energy"), units.gravitational_constant
+    plus, cross = zip(
+        *(gravitational_wave_strain(acceleration, *angles, gravitational_constant=gravity) for angles in _OBSERVERS),
+        strict=True,
+    )
+    carried = waves(units.to_si(values["time"], "time"), acceleration, gravity)
+    strains = {"gw_strain_plus": np.stack(plus, axis=-1), "gw_strain_cross": np.stack(cross, axis=-1)}
+    return strains | {f"gw_{name}": array for name, array in carried._asdict().items()}
+
+
+def _variables(
+    values: dict[str, np.ndarray], metadata: Mapping[str, Any], sizes: Mapping[str, int], absent: Mapping[str, str]
+) -> dict[str, tuple]:
+    """(dimensions, array, attributes) of each: the schema's, the user's own, and what neither knows."""
+    units, effects, frame = code_units(metadata), list(metadata.get("effects", [])), frame_of(metadata)
+    skipped, variables = metadata.get("skipped_effects", {}), {}
+    schema = RECORDED | DERIVED | (REGIONAL if metadata.get("regions") else {})
     own = metadata.get("observables", {})
     own = {name: Quantity.of_description(said) for name, said in own.items() if name not in schema}
     for name, quantity in (schema | own).items():
@@ -193,7 +218,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             array = np.full([sizes[dim] for dim in quantity.dims], np.nan)
         if array.dtype.kind == "f" and array.size and np.isnan(array).all():
             lacks = NO_VALUE if name in own else absent.get(name) or quantity.absent.get(str(metadata.get("model")))
-            attrs["reason"] = lacks or reason_for_absence(name, effects, dimensionless, frame)
+            attrs["reason"] = lacks or reason_for_absence(name, effects, units == DIMENSIONLESS, frame)
         if skipped and "effect" in quantity.dims:
             array = _with_rows(array, len(skipped))
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
@@ -203,49 +228,38 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
             variables[name][2]["origin"] = origin
     for name, quantity in (OF_EFFECTS | OF_ATTITUDE).items():
         if name in values:
-            variables[name] = (
-                quantity.dims,
-                converted(values.pop(name), quantity, units),
-                attributes(quantity, metadata),
-            )
+            array = converted(values.pop(name), quantity, units)
+            variables[name] = (quantity.dims, array, attributes(quantity, metadata))
     for name, array in values.items():
         dims = ("time", *(f"{name}_{axis}" for axis in range(array.ndim - 1)))
-        variables[name] = (
-            dims,
-            array,
-            {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"},
-        )
-    _annotate(variables, tolerance, metadata)
-    if attitude:
-        names = ("angular_momentum", "inertia_tensor", "attitude", *OF_ATTITUDE)
-        whole = {name: variables[name][1] for name in names if name in variables} | {"time": time * units.unit("time")}
-        for name, found in attitude_attributes(whole).items():
-            variables[name][2].update(found)
+        attrs = {"long_name": name.replace("_", " "), "comment": "not in the schema; code units"}
+        variables[name] = (dims, array, attrs)
+    return variables
+
+
+def _coordinates(
+    variables: Mapping[str, tuple], metadata: Mapping[str, Any], seconds: np.ndarray, frequency: np.ndarray
+) -> dict[str, Any]:
+    """Times, labels, and the names of what there are several of."""
     # No standard_name: CF's "time" is a date, in units "since" an epoch, and this is not.
-    seconds = time * units.unit("time")
-    shown = {} if dimensionless else {"display_unit": display_unit("s", seconds)}
+    shown = {} if code_units(metadata) == DIMENSIONLESS else {"display_unit": display_unit("s", seconds)}
     coords: dict[str, Any] = {"time": ("time", seconds, attributes(TIME_QUANTITY, metadata) | shown)}
     coords |= {name: label(name) for name in LABELS}
-    coords["effect"] = ("effect", np.array([*effects, *skipped], dtype=str), {"long_name": "effect"})
-    bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    effects = [*metadata.get("effects", []), *metadata.get("skipped_effects", {})]
+    coords["effect"] = ("effect", np.array(effects, dtype=str), {"long_name": "effect"})
     coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
-    coords["radius_bin"] = ("radius_bin", np.arange(sizes["radius_bin"]), bins)
+    bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    coords["radius_bin"] = ("radius_bin", np.arange(variables["radius_profile"][1].shape[1]), bins)
     if "sink_mass" in variables:
         coords["sink"] = ("sink", np.arange(variables["sink_mass"][1].shape[1]), {"long_name": "sink, by age"})
     if "companion_position" in variables:
         count = variables["companion_position"][1].shape[1]
         names = metadata.get("companions") or [str(k + 1) for k in range(count)]  # older runs have no names of archives
         coords["companion"] = ("companion", np.array(names, dtype=str), {"long_name": "companion"})
-    if regions:
+    if regions := metadata.get("regions", {}):
         meaning = "; ".join(f"{name}: {text}" for name, text in regions.items())
         coords["region"] = ("region", np.array(list(regions), dtype=str), {"long_name": "region", "comment": meaning})
-    attrs = global_attributes(metadata, units, frame)
-    particles = min(metadata.get("body_particles") or [math.inf])
-    if warnings := resolution_warnings(series, metadata.get("neighbours"), particles, bool(metadata.get("box"))):
-        attrs["resolution_warnings"] = "\n".join(warnings)
-    if unclosed:
-        attrs["ledger_warnings"] = "\n".join(unclosed)
-    return xr.Dataset(variables, coords=coords, attrs=attrs)
+    return coords
 
 
 def global_attributes(metadata: Mapping[str, Any], units: CodeUnits, frame: str) -> dict[str, Any]:
