@@ -106,6 +106,60 @@ def _integrate(slope, start: float, end: float, values: list[float], tolerance: 
     return solution.t, solution.y
 
 
+class _Equations:
+    """The equations of structure of one star, by the fraction of its central log-enthalpy h_c; e_c its energy there."""
+
+    def __init__(
+        self, equation_of_state: Barotrope, central_enthalpy: float, relativistic: bool,
+        perturbation: Perturbation | None,
+    ) -> None:  # fmt: skip
+        self.relativistic, self.perturbation = relativistic, perturbation
+        self.innermost = equation_of_state.piece_at(central_enthalpy)
+        self.rest_density, self.pressure = self.innermost.at(central_enthalpy)
+        self.h_c = math.log1p(central_enthalpy) if relativistic else central_enthalpy
+        heavy = self.rest_density * (1 + central_enthalpy) - self.pressure
+        self.e_c = heavy if relativistic else self.rest_density
+
+    def local(self, piece: Piece, fraction: float, U: float, W: float) -> tuple[Local, float]:
+        """What holds at a place, and the rest density there over e_c."""
+        h_c, e_c = self.h_c, self.e_c
+        eta = math.expm1(h_c * fraction) if self.relativistic else h_c * fraction
+        density, pressure = piece.at(eta)
+        energy = density * (1 + eta) - pressure if self.relativistic else density
+        p, eps = pressure / (e_c * h_c), h_c if self.relativistic else 0.0
+        here = Local(1 - fraction, eps, U, W, energy / e_c, p, 1 - 2 * eps * U * W, W + 4 * math.pi * eps * p)
+        return here, density / e_c
+
+    def slopes(self, piece: Piece, fraction: float, values: np.ndarray) -> list[float]:
+        """Derivatives by the depth 1 - h/h_c."""
+        U, W, B, *rest = values.tolist()
+        if fraction < _HANDOVER and U * W < _SHALLOWEST:
+            raise NumericalError("the star has no surface that can be found: its equation of state is too soft")
+        here, density = self.local(piece, fraction, U, W)
+        if here.f <= 0:
+            raise NumericalError("the star has a horizon: the equation of state or its units cannot be right")
+        rate = here.f / (here.q * U)
+        whole = [
+            2 * U * rate,
+            (4 * math.pi * here.E - 3 * W) * rate,
+            (4 * math.pi * density / math.sqrt(here.f) - 3 * B) * rate,
+        ]
+        if self.perturbation is not None:
+            whole += [rate * value for value in self.perturbation.slopes(here, rest)]
+        return whole
+
+    def near_centre(self, depth: float) -> list[float]:
+        """The series there: densities are linear in r^2, so that their means lie 3/5 of the way."""
+        density = self.rest_density / self.e_c
+        centre, _ = self.local(self.innermost, 1.0, 0.0, 4 * math.pi / 3)
+        there, density_there = self.local(self.innermost, 1 - depth, 0.0, 4 * math.pi / 3)
+        W = 4 * math.pi / 3 * (centre.E + 0.6 * (there.E - centre.E))
+        here, _ = self.local(self.innermost, 1 - depth, 2 * depth / centre.q, W)
+        here, _ = self.local(self.innermost, 1 - depth, depth * (1 / centre.q + here.f / here.q), W)
+        B = 4 * math.pi / 3 * (density + 0.6 * (density_there / math.sqrt(here.f) - density))
+        return [here.U, W, B, *([] if self.perturbation is None else self.perturbation.start(here))]
+
+
 def structure(
     equation_of_state: Barotrope,
     central_enthalpy: float,
@@ -122,69 +176,29 @@ def structure(
     require_positive(central_enthalpy=central_enthalpy)
     if not 3e-14 <= tolerance <= 1e-3:
         raise ValueError(f"the tolerance must lie between 3e-14 and 1e-3, not {tolerance!r}")
-    innermost = equation_of_state.piece_at(central_enthalpy)
-    rest_density, pressure = innermost.at(central_enthalpy)
-    h_c = math.log1p(central_enthalpy) if relativistic else central_enthalpy
-    e_c = rest_density * (1 + central_enthalpy) - pressure if relativistic else rest_density
-    eps = h_c if relativistic else 0.0
-
-    def local(piece: Piece, fraction: float, U: float, W: float) -> tuple[Local, float]:
-        eta = math.expm1(h_c * fraction) if relativistic else h_c * fraction
-        density, pressure = piece.at(eta)
-        energy = density * (1 + eta) - pressure if relativistic else density
-        p = pressure / (e_c * h_c)
-        here = Local(1 - fraction, eps, U, W, energy / e_c, p, 1 - 2 * eps * U * W, W + 4 * math.pi * eps * p)
-        return here, density / e_c
-
-    def slopes(piece: Piece, fraction: float, values: np.ndarray) -> list[float]:
-        """Derivatives by the depth 1 - h/h_c."""
-        U, W, B, *rest = values.tolist()
-        if fraction < _HANDOVER and U * W < _SHALLOWEST:
-            raise NumericalError("the star has no surface that can be found: its equation of state is too soft")
-        here, density = local(piece, fraction, U, W)
-        if here.f <= 0:
-            raise NumericalError("the star has a horizon: the equation of state or its units cannot be right")
-        rate = here.f / (here.q * U)
-        whole = [
-            2 * U * rate,
-            (4 * math.pi * here.E - 3 * W) * rate,
-            (4 * math.pi * density / math.sqrt(here.f) - 3 * B) * rate,
-        ]
-        if perturbation is not None:
-            whole += [rate * value for value in perturbation.slopes(here, rest)]
-        return whole
-
+    equations = _Equations(equation_of_state, central_enthalpy, relativistic, perturbation)
+    h_c, e_c = equations.h_c, equations.e_c
     inside = [edge for edge in equation_of_state.edges[1:] if edge < central_enthalpy]
     breaks = [(math.log1p(edge) if relativistic else edge) / h_c for edge in inside]
     fractions = [1.0, *breaks[::-1], 0.0]  # of h_c, from the centre to the surface
     pieces = equation_of_state.pieces[: len(inside) + 1][::-1]
-
-    # The series at the centre: densities are linear in r^2 there, so that their means lie 3/5 of the way.
     depth = min(_START, 0.5 * (1 - fractions[1]))
-    density = rest_density / e_c
-    centre, _ = local(innermost, 1.0, 0.0, 4 * math.pi / 3)
-    there, density_there = local(innermost, 1 - depth, 0.0, 4 * math.pi / 3)
-    W = 4 * math.pi / 3 * (centre.E + 0.6 * (there.E - centre.E))
-    here, _ = local(innermost, 1 - depth, 2 * depth / centre.q, W)
-    here, _ = local(innermost, 1 - depth, depth * (1 / centre.q + here.f / here.q), W)
-    B = 4 * math.pi / 3 * (density + 0.6 * (density_there / math.sqrt(here.f) - density))
-    values = [here.U, W, B]
-    if perturbation is not None:
-        values += perturbation.start(here)
-
+    values = equations.near_centre(depth)
     trail = [(np.array([1 - depth]), np.array(values)[:, None])]
     for piece, (high, low) in zip(pieces, pairwise(fractions), strict=True):
         if high > _HANDOVER:
+
+            def inwards(s, y, piece=piece):
+                return equations.slopes(piece, 1 - s, y)
+
             start, end = max(1 - high, depth), 1 - max(low, _HANDOVER)
-            depths, states = _integrate(
-                lambda s, y, piece=piece: slopes(piece, 1 - s, y), start, end, values, tolerance
-            )
+            depths, states = _integrate(inwards, start, end, values, tolerance)
             trail.append((1 - depths[1:], states[:, 1:]))
             values = states[:, -1]
         if low < _HANDOVER:
 
             def outwards(t, y, piece=piece):
-                return [-_ROOT * t ** (_ROOT - 1) * value for value in slopes(piece, t**_ROOT, y)]
+                return [-_ROOT * t ** (_ROOT - 1) * value for value in equations.slopes(piece, t**_ROOT, y)]
 
             start, end = min(high, _HANDOVER) ** (1 / _ROOT), low ** (1 / _ROOT)
             roots, states = _integrate(outwards, start, end, values, tolerance)
@@ -198,9 +212,9 @@ def structure(
     return Structure(
         relativistic=relativistic,
         central_log_enthalpy=h_c,
-        central_rest_density=rest_density,
+        central_rest_density=equations.rest_density,
         central_energy_density=e_c,
-        central_pressure=pressure,
+        central_pressure=equations.pressure,
         mass=float(W[-1] * e_c * r[-1] ** 3),
         rest_mass=float(B[-1] * e_c * r[-1] ** 3),
         radius=float(r[-1]),
