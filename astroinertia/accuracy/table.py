@@ -38,67 +38,8 @@ def dataset(table: Table) -> xr.Dataset:
     """
     analysis = analysed(table)
     settings = list(table.measured)
-    runs = [table.measured[setting] for setting in settings]
     names = [observable.name for observable in table.observables]
-
-    def of_runs(name: str, unit: str, text: str, comment: str = "") -> tuple[str, list[Any], dict[str, str]]:
-        attrs = {"units": unit, "long_name": text} | ({"comment": comment} if comment else {})
-        return "setting", [getattr(run, name) for run in runs], attrs
-
-    def words(values: list[str], text: str) -> tuple[str, np.ndarray, dict[str, str]]:
-        return "setting", np.array(values, dtype=object), {"long_name": text}
-
-    of_both, of_knobs = ("setting", "observable"), ("knob", "observable")
-    errors = [[judged.errors.get(setting, math.nan) for judged in analysis.judged] for setting in settings]
-    front = [[setting in judged.front for judged in analysis.judged] for setting in settings]
-    knee = [[setting == judged.knee for judged in analysis.judged] for setting in settings]
-    variables: dict[str, Any] = {
-        "knob_turned": words([setting.knob for setting in settings], "knob that differs from the base"),
-        "value": words([shown(setting.value) for setting in settings], "its value"),
-        "overrides": words(["; ".join(setting.overrides) for setting in settings], "what --set it is run with"),
-        "failure": words([run.failure for run in runs], "why the run failed; empty where it did not"),
-        "step_size": ("setting", [_step(table, setting) for setting in settings],
-                      {"units": "1", "long_name": "what the error is a power of, in the units of its knob"}),
-        "is_base": ("setting", np.array([setting == table.base for setting in settings], dtype=np.int8),
-                    {"units": "1", "long_name": "1 for the setting that single knobs are turned around"}),
-        "cpu_time": of_runs("cpu_time", "s", "processor time of the steps, all threads", "on compiled code"),
-        "step_time": of_runs("step_time", "s", "wall time of the steps", "on compiled code"),
-        "wall_time": of_runs("wall_time", "s", "wall time from preparing the body to the finished file"),
-        "preparation_time": of_runs("preparation_time", "s", "wall time of preparing the body",
-                                    "what was placed or settled before is taken from the cache"),
-        "peak_memory": of_runs("peak_memory", "byte", "peak memory", MEMORY_MENTIONED),
-        "steps": of_runs("steps", "1", "number of time steps"),
-        "error": (of_both, np.array(errors), {
-            "units": "1", "long_name": "relative error at the end of the run",
-            "comment": "|value - reference|/|reference| over all components of the observable"}),
-        "pareto": (of_both, np.array(front, dtype=np.int8), {
-            "units": "1", "long_name": "1 where no cheaper setting of the scene's model is as exact",
-            "comment": "cost is cpu_time"}),
-        "knee": (of_both, np.array(knee, dtype=np.int8), {
-            "units": "1", "long_name": "1 at the knee of the front",
-            "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
-        "knob_error": (of_knobs, _of_sources(analysis, lambda source: source.error), {
-            "units": "1", "long_name": "relative error that a knob contributes at the base",
-            "comment": "from runs that differ in it alone; of a choice, the largest change that another one makes"}),
-        "order": (of_knobs, _of_sources(analysis, lambda source: source.law.order), {
-            "units": "1", "long_name": "fitted order of the error in the step size of a knob"}),
-        "order_uncertainty": (of_knobs, _of_sources(analysis, lambda source: source.law.uncertainty), {
-            "units": "1", "long_name": "its standard error", "comment": "NaN where two points fix the order"}),
-        "order_points": (of_knobs, _of_sources(analysis, lambda source: source.law.points), {
-            "units": "1", "long_name": "number of runs that the order is fitted to"}),
-        "cost_order": (of_knobs, _of_sources(analysis, lambda source: source.cost_order), {
-            "units": "1", "long_name": "fitted power of 1/step size that processor time grows as"}),
-        "expected_order": ("knob", [math.nan if knob.order is None else knob.order for knob in table.knobs], {
-            "units": "1", "long_name": "order by theory"}),
-        "knob_is_alternative": ("knob", np.array([knob.alternative for knob in table.knobs], dtype=np.int8), {
-            "units": "1", "long_name": "1 for a knob of another method, which takes the place of the base's"}),
-        "knob_source": ("knob", np.array([knob.source for knob in table.knobs], dtype=object), {
-            "long_name": "where the order by theory is from"}),
-        "reference_accuracy": ("observable", [_accuracy(judged) for judged in analysis.judged], {
-            "units": "1", "long_name": "relative error of the reference itself"}),
-        "reference": ("observable", np.array([_source(judged) for judged in analysis.judged], dtype=object), {
-            "long_name": "what the error is measured against"}),
-    }  # fmt: skip
+    variables = _of_runs(table, settings) | _of_errors(analysis, settings) | _of_knobs(table, analysis)
     variables |= _values(table, analysis, settings)
     coords = {
         "setting": ("setting", np.array([setting.label for setting in settings], dtype=object),
@@ -123,6 +64,83 @@ def dataset(table: Table) -> xr.Dataset:
         "outputs_comment": "runs were recorded at their start and end alone, unless a series was asked for",
     }
     return xr.Dataset(variables, coords=coords, attrs=attrs)
+
+
+def _of_runs(table: Table, settings: list[Setting]) -> dict[str, Any]:
+    """What each setting is, and what its run took."""
+    runs = [table.measured[setting] for setting in settings]
+
+    def of_runs(name: str, unit: str, text: str, comment: str = "") -> tuple[str, list[Any], dict[str, str]]:
+        attrs = {"units": unit, "long_name": text} | ({"comment": comment} if comment else {})
+        return "setting", [getattr(run, name) for run in runs], attrs
+
+    def words(values: list[str], text: str) -> tuple[str, np.ndarray, dict[str, str]]:
+        return "setting", np.array(values, dtype=object), {"long_name": text}
+
+    return {
+        "knob_turned": words([setting.knob for setting in settings], "knob that differs from the base"),
+        "value": words([shown(setting.value) for setting in settings], "its value"),
+        "overrides": words(["; ".join(setting.overrides) for setting in settings], "what --set it is run with"),
+        "failure": words([run.failure for run in runs], "why the run failed; empty where it did not"),
+        "step_size": ("setting", [_step(table, setting) for setting in settings],
+                      {"units": "1", "long_name": "what the error is a power of, in the units of its knob"}),
+        "is_base": ("setting", np.array([setting == table.base for setting in settings], dtype=np.int8),
+                    {"units": "1", "long_name": "1 for the setting that single knobs are turned around"}),
+        "cpu_time": of_runs("cpu_time", "s", "processor time of the steps, all threads", "on compiled code"),
+        "step_time": of_runs("step_time", "s", "wall time of the steps", "on compiled code"),
+        "wall_time": of_runs("wall_time", "s", "wall time from preparing the body to the finished file"),
+        "preparation_time": of_runs("preparation_time", "s", "wall time of preparing the body",
+                                    "what was placed or settled before is taken from the cache"),
+        "peak_memory": of_runs("peak_memory", "byte", "peak memory", MEMORY_MENTIONED),
+        "steps": of_runs("steps", "1", "number of time steps"),
+    }  # fmt: skip
+
+
+def _of_errors(analysis: Analysis, settings: list[Setting]) -> dict[str, Any]:
+    """How exact each observable is with each setting, against what, and which settings are worth their cost."""
+    of_both = ("setting", "observable")
+    errors = [[judged.errors.get(setting, math.nan) for judged in analysis.judged] for setting in settings]
+    front = [[setting in judged.front for judged in analysis.judged] for setting in settings]
+    knee = [[setting == judged.knee for judged in analysis.judged] for setting in settings]
+    return {
+        "error": (of_both, np.array(errors), {
+            "units": "1", "long_name": "relative error at the end of the run",
+            "comment": "|value - reference|/|reference| over all components of the observable"}),
+        "pareto": (of_both, np.array(front, dtype=np.int8), {
+            "units": "1", "long_name": "1 where no cheaper setting of the scene's model is as exact",
+            "comment": "cost is cpu_time"}),
+        "knee": (of_both, np.array(knee, dtype=np.int8), {
+            "units": "1", "long_name": "1 at the knee of the front",
+            "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
+        "reference_accuracy": ("observable", [_accuracy(judged) for judged in analysis.judged], {
+            "units": "1", "long_name": "relative error of the reference itself"}),
+        "reference": ("observable", np.array([_source(judged) for judged in analysis.judged], dtype=object), {
+            "long_name": "what the error is measured against"}),
+    }  # fmt: skip
+
+
+def _of_knobs(table: Table, analysis: Analysis) -> dict[str, Any]:
+    """What each knob contributes to the error of each observable, and by which powers."""
+    of_knobs = ("knob", "observable")
+    return {
+        "knob_error": (of_knobs, _of_sources(analysis, lambda source: source.error), {
+            "units": "1", "long_name": "relative error that a knob contributes at the base",
+            "comment": "from runs that differ in it alone; of a choice, the largest change that another one makes"}),
+        "order": (of_knobs, _of_sources(analysis, lambda source: source.law.order), {
+            "units": "1", "long_name": "fitted order of the error in the step size of a knob"}),
+        "order_uncertainty": (of_knobs, _of_sources(analysis, lambda source: source.law.uncertainty), {
+            "units": "1", "long_name": "its standard error", "comment": "NaN where two points fix the order"}),
+        "order_points": (of_knobs, _of_sources(analysis, lambda source: source.law.points), {
+            "units": "1", "long_name": "number of runs that the order is fitted to"}),
+        "cost_order": (of_knobs, _of_sources(analysis, lambda source: source.cost_order), {
+            "units": "1", "long_name": "fitted power of 1/step size that processor time grows as"}),
+        "expected_order": ("knob", [math.nan if knob.order is None else knob.order for knob in table.knobs], {
+            "units": "1", "long_name": "order by theory"}),
+        "knob_is_alternative": ("knob", np.array([knob.alternative for knob in table.knobs], dtype=np.int8), {
+            "units": "1", "long_name": "1 for a knob of another method, which takes the place of the base's"}),
+        "knob_source": ("knob", np.array([knob.source for knob in table.knobs], dtype=object), {
+            "long_name": "where the order by theory is from"}),
+    }  # fmt: skip
 
 
 def write(table: Table) -> Path:
