@@ -142,10 +142,6 @@ def moments(
     principal, axes = _principal(inertia, matter.gap_tolerance)
     gap, undefined = principal_gap(principal), undefined_axes(principal, matter.gap_tolerance)
     gyration = tensor.radius_of_gyration(np.where(principal < 0, np.nan, principal), body.mass)
-    own = principal if about is None else _principal(np.asarray(body.inertia), matter.gap_tolerance)[0]
-    lengths = tensor.equivalent_semi_axes(body.mass, own)
-    a2, b2, c2 = np.sort(lengths)[::-1] ** 2
-    round_body = undefined_axes(own, matter.gap_tolerance).all()
     size = float(body.mass) * radius * radius
     mass, length, moment = matter.units[0], matter.units[1], _moment_unit(matter.units)
     p = ("principal",)
@@ -161,25 +157,9 @@ def moments(
         "radius_of_gyration": (p, gyration, length, "radii of gyration"),
         "moment_ratio": (p, principal / size if size > 0 else np.full(3, np.nan), "1", "I / (M R^2)"),
         "reference_radius": ((), radius, length, f"R: {convention}"),
-        "semi_axes": (
-            p, lengths, length, "semi-axes of the homogeneous ellipsoid with this mass and the tensor about its centre",
-        ),
-        "triaxiality": (
-            (), np.nan if round_body else (a2 - b2) / (a2 - c2), "1", "triaxiality",
-        ),
-    }  # fmt: skip
-    if axis is not None:
-        direction = np.asarray(axis, dtype=float)
-        if not np.linalg.norm(direction) > 0:
-            raise ValueError("an axis needs a direction")
-        about_axis = float(_not_below(tensor.moment_about(inertia, direction), matter.gap_tolerance * principal[-1]))
-        unit = direction / np.linalg.norm(direction)
-        radius_about_axis = tensor.radius_of_gyration(max(about_axis, 0.0), body.mass)
-        variables |= {
-            "axis": (("i",), unit, "1", "direction of the chosen axis, through the origin of the moments"),
-            "axis_moment": ((), about_axis, moment, "moment of inertia about the chosen axis"),
-            "axis_radius_of_gyration": ((), radius_about_axis, length, "radius of gyration about the chosen axis"),
-        }
+        **_equivalent_ellipsoid(matter, principal if about is None else None),
+        **({} if axis is None else _about_axis(matter, np.asarray(axis, dtype=float), inertia, principal[-1])),
+    }
     harmonics, labels = {}, {}
     if field_degree is not None:
         from astroinertia.dataset.gravity_field import field_labels, field_variables  # netCDF takes its time
@@ -201,6 +181,34 @@ def moments(
             "gap_tolerance": matter.gap_tolerance,
         },
     )
+
+
+def _equivalent_ellipsoid(matter: Matter, principal: np.ndarray | None) -> dict[str, tuple]:
+    """Semi-axes and triaxiality, from the principal moments about the centre where these are known."""
+    if principal is None:
+        principal = _principal(np.asarray(matter.body.inertia), matter.gap_tolerance)[0]
+    lengths = tensor.equivalent_semi_axes(matter.body.mass, principal)
+    a2, b2, c2 = np.sort(lengths)[::-1] ** 2
+    round_body = undefined_axes(principal, matter.gap_tolerance).all()
+    text = "semi-axes of the homogeneous ellipsoid with this mass and the tensor about its centre"
+    return {
+        "semi_axes": (("principal",), lengths, matter.units[1], text),
+        "triaxiality": ((), np.nan if round_body else (a2 - b2) / (a2 - c2), "1", "triaxiality"),
+    }
+
+
+def _about_axis(matter: Matter, direction: np.ndarray, inertia: np.ndarray, largest: float) -> dict[str, tuple]:
+    """The moment about the line along a direction (3,) through the point that the tensor is about."""
+    if not np.linalg.norm(direction) > 0:
+        raise ValueError("an axis needs a direction")
+    about_axis = float(_not_below(tensor.moment_about(inertia, direction), matter.gap_tolerance * largest))
+    gyration, unit = tensor.radius_of_gyration(max(about_axis, 0.0), matter.body.mass), _moment_unit(matter.units)
+    direction = direction / np.linalg.norm(direction)
+    return {
+        "axis": (("i",), direction, "1", "direction of the chosen axis, through the origin of the moments"),
+        "axis_moment": ((), about_axis, unit, "moment of inertia about the chosen axis"),
+        "axis_radius_of_gyration": ((), gyration, matter.units[1], "radius of gyration about the chosen axis"),
+    }
 
 
 @_in_its_units
