@@ -164,7 +164,7 @@ def compute(file):
     """Write the sums in both precisions, and the types that each program was compiled for."""
     found = {precision: sums_of_a_step(precision) for precision in PRECISIONS}
     modules = programs()
-    kept = {name for name in sys.modules if (numba_cache.cache_directory() / f"{name}.py").exists()}
+    kept = {name for name in sys.modules if (numba_cache.kernel_directory() / f"{name}.py").exists()}
     assert {name for name in kept if not name.startswith("parts_")} == {each.__name__ for each in modules.values()}
     Path(file).write_bytes(pickle.dumps((found, {name: entries(module) for name, module in modules.items()})))
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from astroinertia.accuracy import choice_particles, choice_smooth, measuring
-from astroinertia.accuracy.knobs import MODEL, knobs, with_overrides
+from astroinertia.accuracy.knobs import MODEL, knobs, overridden
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.accuracy.selected_observables import default_names, parsed
@@ -84,7 +84,7 @@ def choose(
     settings = _by_rungs(pilots, scene.accuracy, seconds)
     if isinstance(settings, OutOfReach):
         raise UnreachableAccuracy(f"accuracy {scene.accuracy:g} is out of reach: {settings.sentence}.")
-    chosen = with_overrides(scene, (*settings.overrides, GIVEN))
+    chosen = overridden(scene, (*settings.overrides, GIVEN))
     names = ", ".join(observable.name for observable in observables)
     sources = ", ".join(f"{source} {error:.1e}" for source, error in settings.errors.items())
     record = {
@@ -148,7 +148,7 @@ def _by_rungs(pilots: Pilots, accuracy: float, seconds: float) -> Settings | Out
         return choice_smooth.search(pilots, accuracy, seconds)
     untried: list[tuple[str, Scene]] = []
     for rung in _free_rungs(scene):
-        of_rung = with_overrides(scene, (f"model='{rung}'",))
+        of_rung = overridden(scene, (f"model='{rung}'",))
         try:
             exact = _is_exact(of_rung)
         except (SceneError, NumericalError):

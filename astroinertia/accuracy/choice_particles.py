@@ -117,7 +117,7 @@ class Ladder:
     def processor_of_run(self, count: float, factor: float) -> float:
         """The same of the run in a process of its own."""
         settings = (*self.main.overrides(count), *self.timestep.overrides(factor))
-        scene = knobs.with_overrides(self.pilots.scene, settings)
+        scene = knobs.overridden(self.pilots.scene, settings)
         return reference.of_particles(scene, self.of_run(count, factor), self.counts, alone=True)
 
     def affords(self, more: Sequence[tuple[int, float]], count: float, factor: float, processor: float = 0.0) -> bool:
@@ -150,7 +150,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
     main, timestep = by_name["particles"], by_name["timestep_factor"]
     count = fewest = fewest_particles(pilots.scene)
     factor = LONGER if LONGER in timestep.values else 1.0
-    few = knobs.with_overrides(pilots.scene, (*main.overrides(float(fewest)), *timestep.overrides(factor)))
+    few = knobs.overridden(pilots.scene, (*main.overrides(float(fewest)), *timestep.overrides(factor)))
     ladder = Ladder(pilots, main, timestep, factor, reference.estimated(few))
     while True:
         pilot = ladder.run(count, ladder.factor)
@@ -186,7 +186,7 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
 def fewest_particles(scene: Scene) -> int:
     """How many the first pilot has; neighbours may rise with particles, from a thousand on."""
     main = next(knob for knob in knobs.knobs(scene) if knob.name == "particles")
-    return round(FEWEST * smoothing(knobs.with_overrides(scene, main.overrides(1000.0)))[1])
+    return round(FEWEST * smoothing(knobs.overridden(scene, main.overrides(1000.0)))[1])
 
 
 def first(scene: Scene) -> tuple[Scene, ...]:
@@ -197,7 +197,7 @@ def first(scene: Scene) -> tuple[Scene, ...]:
     fewest = fewest_particles(scene)
     pilots = ((fewest, longer), (int(GROWTH * fewest), longer), (fewest, 1.0))
     return tuple(
-        knobs.with_overrides(scene, (*main.overrides(float(count)), *timestep.overrides(factor)))
+        knobs.overridden(scene, (*main.overrides(float(count)), *timestep.overrides(factor)))
         for count, factor in pilots
     )
 
@@ -272,7 +272,7 @@ def _gravity(
 
     None where gravity is not by multipoles; as it is where the pilots would cost more than the run.
     """
-    scene = knobs.with_overrides(ladder.pilots.scene, ladder.main.overrides(wanted))
+    scene = knobs.overridden(ladder.pilots.scene, ladder.main.overrides(wanted))
     knob = next((knob for knob in knobs.knobs(scene) if knob.name == "force_error"), None)
     if knob is None:
         return None

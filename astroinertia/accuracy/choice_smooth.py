@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from astroinertia.accuracy.estimates import Estimate
-from astroinertia.accuracy.knobs import with_overrides
+from astroinertia.accuracy.knobs import overridden
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.costs import smooth
@@ -149,7 +149,7 @@ class Ladder:
             last = self.finest
             return method.stages * self.runs[last].evaluations * method.steps(value) / method.steps(last)
         with suppress(ArithmeticError, ValueError, SceneError):
-            return method.stages * smooth.steps(with_overrides(self.pilots.scene, method.overrides(value)), 2)
+            return method.stages * smooth.steps(overridden(self.pilots.scene, method.overrides(value)), 2)
         return 0.0
 
     def of_run(self, value: float) -> float:
@@ -187,13 +187,13 @@ class Ladder:
 
     def seconds(self, value: float) -> float:
         """Of wall time, that the run is predicted to take."""
-        return seconds_of(with_overrides(self.pilots.scene, self.method.overrides(value)))[0]
+        return seconds_of(overridden(self.pilots.scene, self.method.overrides(value)))[0]
 
 
 def first(scene: Scene) -> tuple[Scene, ...]:
     """What every search runs at first: two coarse settings of the method that is the cheapest of a step."""
     method = methods(scene, scene.accuracy or FINEST_TOLERANCE)[0]
-    return tuple(with_overrides(scene, method.overrides(value)) for value in method.values[:2])
+    return tuple(overridden(scene, method.overrides(value)) for value in method.values[:2])
 
 
 def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfReach:

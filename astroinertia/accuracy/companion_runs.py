@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.accuracy.knobs import Knob, duration, knobs, shown, with_overrides
+from astroinertia.accuracy.knobs import Knob, duration, knobs, overridden, shown
 from astroinertia.errors import SceneError
 from astroinertia.scene.plan import RECORDS, cadence, records, smoothing
 from astroinertia.scene.schema import MOST_RECORDS, Scene
@@ -77,7 +77,7 @@ def _finer(scene: Scene, knob: Knob) -> CompanionRun:
     for ratio in (_FINER[knob.name], 1.0 / _FINER[knob.name]):
         value = float(f"{knob.value_at(ratio * knob.step(knob.default)):.12g}")
         try:
-            turned = with_overrides(scene, (*quiet, *knob.overrides(value)))
+            turned = overridden(scene, (*quiet, *knob.overrides(value)))
         except SceneError:  # at the end of what the knob allows, it can only be coarser
             continue
         return _run(knob, value, "", turned)
@@ -93,7 +93,7 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
     every = cadence(scene).series_every
     if every is not None:  # often enough to be interpolated, however seldom the run itself is recorded
         quiet.append(f"output.series_every={duration(scene, min(every, scene.time.end / RECORDS))}")
-    still = with_overrides(scene, tuple(quiet))
+    still = overridden(scene, tuple(quiet))
     knob, coarsest, name = by_name[PARTICLES], still, ""
     assert knob.step is not None
     own, steps = round(knob.step(knob.default) ** -3.0), {knob.step(knob.default)}  # lattices have numbers of their own
@@ -101,7 +101,7 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         if knob.step(count) in steps:
             continue
         steps.add(knob.step(count))
-        turned = with_overrides(still, knob.overrides(count))
+        turned = overridden(still, knob.overrides(count))
         companion = _run(knob, count, "", turned)
         yield companion
         if count < float(knob.default):
@@ -112,7 +112,7 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         knob = by_name[knob_name]
         wanted = ratio * float(knob.default)
         value = wanted if wanted <= max(map(float, knob.values)) else float(knob.default) / ratio
-        yield _run(knob, value, name, with_overrides(coarsest, knob.overrides(value)))
+        yield _run(knob, value, name, overridden(coarsest, knob.overrides(value)))
     yield from _with_more_neighbours(coarsest, name)
 
 
@@ -123,7 +123,7 @@ def _with_more_neighbours(coarsest: Scene, name: str) -> Iterator[CompanionRun]:
     number = float(f"{_MORE_NEIGHBOURS * float(neighbours.default):.3g}")
     more = (*particles.overrides(round(_MORE_NEIGHBOURS * float(particles.default))), *neighbours.overrides(number))
     try:
-        turned = with_overrides(coarsest, more)
+        turned = overridden(coarsest, more)
     except SceneError:
         return
     step = 1.0 / _MORE_NEIGHBOURS

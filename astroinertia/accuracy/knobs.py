@@ -90,11 +90,11 @@ def knobs(scene: Scene) -> tuple[Knob, ...]:
     return (*builders[scene.model](scene), *_model(scene))
 
 
-def with_overrides(scene: Scene, overrides: tuple[str, ...]) -> Scene:
+def overridden(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     """The scene with more overrides; SceneError where it does not allow them.
 
     >>> scene = load.load_file("sims/skater.toml")
-    >>> print(with_overrides(scene, ("numerics.steps_per_rotation=100",)).numerics.steps_per_rotation)
+    >>> print(overridden(scene, ("numerics.steps_per_rotation=100",)).numerics.steps_per_rotation)
     100.0
     """
     return load.loads(load.resolved_text(scene), overrides, scene.origin, effects=scene.own_classes)
@@ -323,7 +323,7 @@ def _model(scene: Scene) -> tuple[Knob, ...]:
     allowed = []
     for rung in _RUNGS:
         try:
-            with_overrides(scene, (f"model='{rung}'",))
+            overridden(scene, (f"model='{rung}'",))
         except SceneError:
             continue
         allowed.append(rung)

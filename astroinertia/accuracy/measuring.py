@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia import dataset as datasets
-from astroinertia.accuracy.knobs import Setting, duration, with_overrides
+from astroinertia.accuracy.knobs import Setting, duration, overridden
 from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
@@ -90,7 +90,7 @@ def scene_of(scene: Scene, setting: Setting, observables: Sequence[SelectedObser
     always shorten them. SceneError where the scene does not allow the setting.
     """
     quiet = () if any(observable.of_series for observable in observables) else _without_records(scene)
-    return with_overrides(scene, ("output.align=false", *quiet, *setting.overrides))
+    return overridden(scene, ("output.align=false", *quiet, *setting.overrides))
 
 
 def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:

@@ -18,7 +18,7 @@ import numpy as np
 
 from astroinertia.audit import operations, programs
 from astroinertia.build.assemble import prepare
-from astroinertia.engines.numba_cache import cache_directory
+from astroinertia.engines.numba_cache import kernel_directory
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 
@@ -62,7 +62,7 @@ def counts(scene: Scene) -> dict[str, Any]:
 
 def generated() -> dict[str, str]:
     """{name: text} of the modules that the numba engine has made and loaded."""
-    folder = cache_directory()
+    folder = kernel_directory()
     files = {name: getattr(module, "__file__", None) for name, module in list(sys.modules.items())}
     return {name: Path(file).read_text() for name, file in files.items() if file and Path(file).parent == folder}
 

@@ -33,7 +33,7 @@ _ROUND_OFF = 1e-12
 
 @with_quantities(zonal_harmonics=None, uncertainties=None)
 @dataclass(frozen=True, eq=False)
-class GravityField:
+class MeasuredField:
     """A planet from outside, in SI: J2, J4, ... and their uncertainties (3 sigma) for its equatorial radius."""
 
     name: str
@@ -53,7 +53,7 @@ class GravityField:
 class GiantPlanet:
     """A fitted model: its figure (SI), index n, K_core/K, the core's shares of radius and mass, what was measured."""
 
-    field: GravityField
+    field: MeasuredField
     figure: RotatingFigure
     index: float
     core_constant_ratio: float
@@ -62,7 +62,7 @@ class GiantPlanet:
 
 
 @with_quantities()
-def measured_field(name: str) -> GravityField:
+def measured_field(name: str) -> MeasuredField:
     """Return the field of "Jupiter" (Durante et al. 2020) or "Saturn" (Iess et al. 2019), harmonics to degree 10.
 
     UnlistedError for other names. Checked by tests/physics/test_giant_planets.py.
@@ -76,7 +76,7 @@ def measured_field(name: str) -> GravityField:
     if not rows:
         raise UnlistedError(f"no zonal harmonics of {name} in data/zonal_harmonics.csv")
     scales = [1e-6 * (1e3 * float(row["radius_km"]) / radius) ** int(row["degree"]) for row in rows]
-    return GravityField(
+    return MeasuredField(
         name=name,
         gravitational_parameter=body.gravitational_parameter,
         equatorial_radius=radius,
@@ -87,7 +87,7 @@ def measured_field(name: str) -> GravityField:
 
 
 @with_quantities()
-def giant_planet(field: GravityField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
+def giant_planet(field: MeasuredField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
     """Return the composite polytrope with the mass, equatorial radius, rotation, J2 and J4 of `field`.
 
     core_fraction: the core's share of the mean radius, which the field leaves open. Broyden's method for n and

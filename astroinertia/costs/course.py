@@ -22,7 +22,7 @@ from astroinertia.costs.limits import NOT_KNOWN, PARTS, Limits, passed
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
 from astroinertia.engines.few import FEW
 from astroinertia.errors import AstroinertiaError
-from astroinertia.scene.body_kinds.layered import LayeredBody
+from astroinertia.scene.body_kinds.layered import LayeredPlanet
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
 from astroinertia.scene.fluids import MONATOMIC
@@ -128,7 +128,7 @@ def done(scene: Scene) -> Done | None:
 
 def _planets_meet(scene: Scene) -> bool:
     """Whether two planets are on an orbit on which they touch."""
-    if scene.orbit is None or not all(isinstance(body, LayeredBody) for body in scene.bodies):
+    if scene.orbit is None or not all(isinstance(body, LayeredPlanet) for body in scene.bodies):
         return False
     found = [_planet(alone) for alone in scene.alone()]
     reach = math.fsum(planet.radius for planet in found if planet is not None)
@@ -189,7 +189,7 @@ def _mean(of: np.ndarray | float, weight: np.ndarray, times: np.ndarray) -> floa
 def _limits(scene: Scene, end: float, stirred: bool) -> Limits:
     """The limits of a body as a sphere or as shells; up to no time where nothing is known of it."""
     body: Any = scene.body
-    if isinstance(body, LayeredBody):
+    if isinstance(body, LayeredPlanet):
         return _limits_of_planet(scene, end, stirred)
     initial = _initial(scene)
     if initial is None or body.particles is None:

@@ -13,7 +13,7 @@ from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.process.stopwatch import Seconds, total
-from astroinertia.scene.body_kinds.layered import LayeredBody
+from astroinertia.scene.body_kinds.layered import LayeredPlanet
 from astroinertia.scene.plan import cadence, records
 from astroinertia.scene.schema import Scene
 
@@ -113,7 +113,7 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if experience.left_to_compile(scene) > 0.0:
         parts["compiling"] = compiling(scene, costs)
-    if any(isinstance(alone.body, LayeredBody) for alone in scene.alone()):
+    if any(isinstance(alone.body, LayeredPlanet) for alone in scene.alone()):
         parts["solving for planets"] = COMPILED_FOR_PLANETS * costs["compile.sph"]
     if not experience.placed(scene):
         parts |= placing(scene, particles, machine)

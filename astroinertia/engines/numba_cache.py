@@ -39,7 +39,7 @@ def _words(event: Event) -> str:
 register("numba:compile", _Announced())
 
 
-def cache_directory() -> Path:
+def kernel_directory() -> Path:
     """$ASTROINERTIA_CACHE, or astroinertia/kernels under the user's cache; a temporary one if that is not writable.
 
     Raises PermissionError for a directory that somebody else owns or may write to.
@@ -72,7 +72,7 @@ def taken_from(module: ModuleType) -> str:
 
 @functools.cache
 def _loaded(name: str, text: str) -> ModuleType:
-    path = cache_directory() / f"{name}.py"
+    path = kernel_directory() / f"{name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         handle, temporary = tempfile.mkstemp(suffix=".tmp", dir=path.parent)
         with interrupts.leaving(Path(temporary).unlink), os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -39,7 +39,7 @@ from astroinertia.scene.sweep_values import (
     is_distribution,
     is_rule,
     listed,
-    toml_text,
+    value_text,
 )
 from astroinertia.scene.text import with_overrides, without_table
 from astroinertia.units import shown
@@ -71,7 +71,7 @@ class Sweep:
 
     def settings(self, number: int) -> tuple[str, ...]:
         """What is set in the scene of a member, as --set would have it."""
-        return tuple(f"{key}={toml_text(value)}" for key, value in zip(self.keys, self.members[number], strict=True))
+        return tuple(f"{key}={value_text(value)}" for key, value in zip(self.keys, self.members[number], strict=True))
 
     def scene(self, number: int) -> Scene:
         """The scene of a member; SceneError names the member."""
@@ -238,7 +238,7 @@ def _of_list(members: Any) -> tuple[tuple[str, ...], _Members]:
             )
         for key, value in values.items():
             _check_key(key, load.KEYS)
-            _checked(key, toml_text, value)
+            _checked(key, value_text, value)
     return keys, tuple(tuple(values[key] for key in keys) for values in flat)
 
 

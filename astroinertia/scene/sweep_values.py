@@ -51,14 +51,14 @@ def listed(value: Any) -> list[Any]:
         raise SceneError(f"has {len(value)} values, more than the {MOST_MEMBERS} members that a sweep may have.")
     seen: set[str] = set()
     for item in value:
-        text = toml_text(item)
+        text = value_text(item)
         if text in seen:
             raise SceneError(f"has the value {shown(text)} twice.")
         seen.add(text)
     return value
 
 
-def toml_text(value: Any) -> str:
+def value_text(value: Any) -> str:
     """A value as TOML; SceneError for a date or time, which no scene holds."""
     try:
         return toml_value(value)

@@ -34,7 +34,7 @@ FREE = ("Mercury", "Venus", "Earth", "Mars", "Jupiter", "Saturn", "Uranus", "Nep
 
 
 @with_quantities()
-def rotating_sequence(
+def flattening_sequence(
     small_m: Iterable[float],
     index: float | None = None,
     outer_radii: Sequence[float] | None = None,
@@ -47,7 +47,7 @@ def rotating_sequence(
     and the uniform body `flattening_first_order` and `zonal_harmonic_2_first_order` are Clairaut's. SceneError for
     arguments that are no body, and for negative small_m.
 
-    >>> print(rotating_sequence([0.01], index=0).flattening.values.round(4))  # about (5/4) m of a uniform body
+    >>> print(flattening_sequence([0.01], index=0).flattening.values.round(4))  # about (5/4) m of a uniform body
     [0.0125]
     """
     rates = np.asarray(list(small_m), dtype=float)

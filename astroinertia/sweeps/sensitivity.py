@@ -19,7 +19,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene import load, source
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.sweep import Sweep, loads
-from astroinertia.scene.sweep_values import scaled, toml_text
+from astroinertia.scene.sweep_values import scaled, value_text
 from astroinertia.sweeps.combined import variable_name
 from astroinertia.units import shown
 
@@ -49,7 +49,7 @@ def sensitivity_sweep(
     tables = source.parse(text, chosen.name)
     base = {key: value_of(tables, key) for key in by}
     members = [base] + [base | {key: _moved(key, base[key], 1 + side * step)} for key in by for side in SIDES]
-    rows = (", ".join(f'"{key}" = {toml_text(value)}' for key, value in member.items()) for member in members)
+    rows = (", ".join(f'"{key}" = {value_text(value)}' for key, value in member.items()) for member in members)
     listed = ",\n".join(f"    {{{row}}}" for row in rows)
     sweep = loads(f"{text}\n[sweep]\nmembers = [\n{listed},\n]\n", origin=chosen.origin, name=chosen.name)
     assert sweep is not None

@@ -370,7 +370,7 @@ def _fits_together(owner: str, found: dict[str, Any], chance: random.Random) -> 
     if "axes_at_start" in found:
         turned, _ = np.linalg.qr([[chance.gauss(0, 1) for _ in range(3)] for _ in range(3)])
         found["axes_at_start"] = [[float(x) for x in row] for row in turned]
-    if owner == "LayeredBody":
+    if owner == "LayeredPlanet":
         total = sum(layer["mass_fraction"] for layer in found["layers"])
         for layer in found["layers"]:
             layer["mass_fraction"] /= total

@@ -8,7 +8,7 @@ import pytest
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError
 from astroinertia.studies.core_inversion import core_inversion
-from astroinertia.studies.flattening import rotating_sequence
+from astroinertia.studies.flattening import flattening_sequence
 from astroinertia.studies.moment_ratio import two_layer_sweep
 from astroinertia.studies.two_layers import impossible, love_numbers, moment_ratio_of, three_layers, two_layers
 
@@ -19,7 +19,7 @@ def test_without_rotation_every_body_is_a_sphere():
         {"outer_radii": [0.3, 0.9, 1.0], "densities": [9.0, 3.0, 1.0]},
     )  # fmt: skip
     for one in bodies:
-        found = rotating_sequence([0.0], **one)
+        found = flattening_sequence([0.0], **one)
         for name in ("flattening", "zonal_harmonic_2", "rotational_to_gravitational", "rotation_parameter"):
             assert abs(float(found[name][0])) < 1e-13, (one, name)
 

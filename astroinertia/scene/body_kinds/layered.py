@@ -23,7 +23,7 @@ class Layer(Part):
     )
 
 
-class LayeredBody(Body):
+class LayeredPlanet(Body):
     """A planet of layers from the centre outwards, each isentropic, in hydrostatic equilibrium; its radius follows."""
 
     kind: Literal["layered"]

@@ -3,7 +3,7 @@
 import pytest
 
 from astroinertia.accuracy.companion_runs import companion_runs
-from astroinertia.accuracy.knobs import knobs, shown, with_overrides
+from astroinertia.accuracy.knobs import knobs, overridden, shown
 from astroinertia.build.assemble import metadata
 from astroinertia.scene import load
 from tests.tradeoff_scenes import CASES, SIMS
@@ -22,10 +22,10 @@ def test_every_value_is_a_scene_and_the_default_is_what_the_scene_has(case):
     assert found[0].order is not None and found[0].step is not None
     for knob in found:
         assert knob.default in knob.values or knob.alternative
-        turned = [with_overrides(scene, knob.overrides(value)) for value in knob.values]
+        turned = [overridden(scene, knob.overrides(value)) for value in knob.values]
         assert len({repr((each.numerics, each.body, each.effects, each.model)) for each in turned}) == len(knob.values)
         if not knob.alternative and knob.name != "neighbours":  # which is rounded
-            same = with_overrides(scene, knob.overrides(knob.default))
+            same = overridden(scene, knob.overrides(knob.default))
             assert (same.numerics, same.body, same.model) == (scene.numerics, scene.body, scene.model)
 
 
@@ -44,7 +44,7 @@ def test_finer_steps_cost_more_and_the_inverse_gives_the_value_back(case):
 def test_all_limits_of_the_time_step_turn_together():
     scene = load.load_file(SIMS / "cold_spheroid.toml")
     knob = by_name(scene)["timestep_factor"]
-    halved = with_overrides(scene, knob.overrides(0.5)).numerics
+    halved = overridden(scene, knob.overrides(0.5)).numerics
     for name in ("courant", "acceleration_factor", "energy_factor", "max_timestep"):
         assert getattr(halved, name) == 0.5 * getattr(scene.numerics, name)
 
@@ -85,6 +85,6 @@ def test_particles_on_lattices_count_as_those_that_there_are():
     step = by_name(scene)["particles"].step
     assert [round(step(count) ** -3.0) for count in (470, 490, 1860)] == [216, 864, 1296]
     assert metadata(scene)["body_particles"] == [216]
-    runs = companion_runs(with_overrides(scene, ("body.particles=1860", "output.error_bars=true")))
+    runs = companion_runs(overridden(scene, ("body.particles=1860", "output.error_bars=true")))
     counts = [round((step(1860) * run.step) ** -3.0) for run in runs if run.name.startswith("particles-")]
     assert len(counts) == len({*counts, 1296}) - 1 and min(counts) < 1296 / 2

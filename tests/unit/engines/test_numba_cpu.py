@@ -422,20 +422,20 @@ def test_missing_fields_and_wrong_choices_are_named(reference):
 def test_generated_code_is_kept_where_nobody_else_can_write(tmp_path, monkeypatch):
     kept = tmp_path / "kernels"
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(kept))
-    assert numba_cache.cache_directory() == kept
+    assert numba_cache.kernel_directory() == kept
     assert kept.stat().st_mode & 0o777 == 0o700
     kept.chmod(0o777)
     with pytest.raises(PermissionError, match="others may write"):
-        numba_cache.cache_directory()
+        numba_cache.kernel_directory()
     kept.chmod(0o700)
     monkeypatch.setattr(os, "getuid", lambda: kept.stat().st_uid + 1)
     with pytest.raises(PermissionError, match="another user"):
-        numba_cache.cache_directory()
+        numba_cache.kernel_directory()
     monkeypatch.undo()
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(blocked / "kernels"))
-    assert numba_cache.cache_directory() != blocked / "kernels"
+    assert numba_cache.kernel_directory() != blocked / "kernels"
 
 
 def test_a_second_process_compiles_nothing_again(reference):

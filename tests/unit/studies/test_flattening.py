@@ -5,12 +5,12 @@ import pytest
 
 from astroinertia.bodies import maclaurin
 from astroinertia.errors import SceneError
-from astroinertia.studies.flattening import flattening, rotating_sequence
+from astroinertia.studies.flattening import flattening, flattening_sequence
 
 
 def test_uniform_bodies_are_maclaurin_spheroids():
     rates = [0.0, 1e-9, 0.01, 0.1, 0.3]
-    found = rotating_sequence(rates, index=0)
+    found = flattening_sequence(rates, index=0)
     for k in (2, 3, 4):
         exact = maclaurin.from_angular_velocity(np.sqrt(rates[k]))
         assert float(found["flattening"][k]) == pytest.approx(exact.flattening, rel=1e-12)
@@ -24,13 +24,13 @@ def test_uniform_bodies_are_maclaurin_spheroids():
 
 def test_spins_beyond_the_fastest_are_nan_and_just_below_are_not():
     limit = 0.75 * maclaurin.fastest().omega2
-    found = rotating_sequence([limit * (1 - 1e-9), limit * (1 + 1e-9), 2.0], index=0)
+    found = flattening_sequence([limit * (1 - 1e-9), limit * (1 + 1e-9), 2.0], index=0)
     assert np.isfinite(found["flattening"]).values.tolist() == [True, False, False]
 
 
 def test_layers_tend_to_clairaut_with_an_error_of_second_order():
     rates = np.array([0.004, 0.008, 0.016])
-    found = rotating_sequence(rates, outer_radii=[0.5, 1.0], densities=[2.0, 1.0])
+    found = flattening_sequence(rates, outer_radii=[0.5, 1.0], densities=[2.0, 1.0])
     assert found.attrs["love_number"] == pytest.approx(1.20531088082902, rel=1e-13)
     for name in ("flattening", "zonal_harmonic_2"):
         error = abs(found[name] / found[f"{name}_first_order"] - 1).values
@@ -38,14 +38,14 @@ def test_layers_tend_to_clairaut_with_an_error_of_second_order():
 
 
 def test_layers_of_one_density_are_a_spheroid():
-    layers = rotating_sequence([0.1], outer_radii=[0.4, 1.0], densities=[1.0, 1.0])
-    uniform = rotating_sequence([0.1], index=0)
+    layers = flattening_sequence([0.1], outer_radii=[0.4, 1.0], densities=[1.0, 1.0])
+    uniform = flattening_sequence([0.1], index=0)
     for name in ("flattening", "zonal_harmonic_2", "rotational_to_gravitational"):
         assert float(layers[name][0]) == pytest.approx(float(uniform[name][0]), rel=1e-9)
 
 
 def test_more_condensed_bodies_are_flattened_less():
-    flat = [float(rotating_sequence([0.05], index=index)["flattening"][0]) for index in (0.0, 0.5, 1.0)]
+    flat = [float(flattening_sequence([0.05], index=index)["flattening"][0]) for index in (0.0, 0.5, 1.0)]
     assert flat[0] > flat[1] > flat[2] > 0.05 / 2  # a point mass has m/2
 
 
@@ -75,7 +75,7 @@ def test_earth_mars_and_jupiter_against_hydrostatic_figures():
 )
 def test_what_is_no_rotating_body_is_reported(arguments, words):
     with pytest.raises(SceneError, match=words):
-        rotating_sequence(**arguments)
+        flattening_sequence(**arguments)
 
 
 def test_moons_with_tides_are_refused():
