@@ -1,7 +1,7 @@
 """An effect that is a plain function of the user's own: of a state in SI, to accelerations or to a torque in SI.
 
 The function is called on NumPy arrays, whatever the engine: from compiled programs by a callback to the host. What it
-does wrong there is kept until the run looks (effects.own.failures_said), for JAX would print it with a traceback.
+does wrong there is kept until the run looks (effects.failures.failures_said), for JAX would print it with a traceback.
 Tests: tests/unit/effects/test_by_function.py.
 """
 
@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.effects.effect import Effect
-from astroinertia.effects.own import FAILURES
+from astroinertia.effects.failures import FAILURES
 from astroinertia.effects.particle_names import OF_PARTICLES
 from astroinertia.engines.elementwise import by_numpy
 from astroinertia.engines.pytree import pytree

@@ -9,15 +9,14 @@ A scene names a kind and never code (effects.doors). The class says of itself wh
 effects (effects.effect.Effect). Tests: tests/unit/test_effects_door.py.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import Cost, Entry
-from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.errors import SceneError
 from astroinertia.units import ALL_MODELS
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures
@@ -25,27 +24,6 @@ EFFECTS = Door(
     "astroinertia.effects", "effect", "astroinertia.effects.Effect", "@dataclass(frozen=True, eq=False)",
     (*CATALOGUE, *TAKEN),
 )  # fmt: skip
-
-FAILURES: list[AstroinertiaError] = []
-"""What functions did wrong in compiled programs, out of which no error comes as it is (effects.by_function)."""
-
-
-@contextmanager
-def failures_said() -> Iterator[None]:
-    """Raise what a function did wrong in a compiled program in place of the error that came of it."""
-    try:
-        yield
-    except AstroinertiaError:
-        raise_failure()
-        raise
-
-
-def raise_failure() -> None:
-    """Raise what a function did wrong in a compiled program first, if any did."""
-    if FAILURES:
-        first = FAILURES[0]
-        FAILURES.clear()
-        raise first from None
 
 
 def entry_of(made: Any, package: str = "") -> Entry:

@@ -26,7 +26,7 @@ from astroinertia.build.structure import as_begun
 from astroinertia.costs import experience, machine
 from astroinertia.costs.prediction import predict
 from astroinertia.dataset.schema import code_units
-from astroinertia.effects.own import failures_said, raise_failure
+from astroinertia.effects.failures import failures_said, raise_failure
 from astroinertia.engines import hosts
 from astroinertia.engines.double import in_double
 from astroinertia.engines.mesh import shared_out
