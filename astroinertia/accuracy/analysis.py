@@ -6,7 +6,7 @@ whatever else errs in both. Tests: tests/unit/accuracy/test_tradeoff.py.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -14,14 +14,32 @@ from astroinertia.accuracy import convergence, frontier
 from astroinertia.accuracy.convergence import NONE, PowerLaw
 from astroinertia.accuracy.exact import Exact
 from astroinertia.accuracy.knobs import MODEL, Knob, Setting, Value
+from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, relative_error
-
-if TYPE_CHECKING:
-    from astroinertia.accuracy.tradeoff import Table
+from astroinertia.scene.schema import Scene
 
 _ABOVE = 3.0  # times the floor, from which an error tells the order of one source
 _SATURATED = 0.3  # a relative error beyond which no power law holds
 _ROUND_OFF = 1e-15  # of an observable's size: differences below it are rounding
+
+
+@dataclass
+class Table:
+    """What a tradeoff found: settings that were run with what they gave, and those that the budget left out.
+
+    base: the setting around which single knobs are turned, the scene itself unless that is too expensive. left:
+    settings that were not run, with the seconds that they would take.
+    """
+
+    scene: Scene
+    knobs: tuple[Knob, ...]
+    observables: tuple[SelectedObservable, ...]
+    base: Setting
+    exact: Exact | None
+    folder: Path
+    measured: dict[Setting, Measured] = field(default_factory=dict)
+    left: dict[Setting, float] = field(default_factory=dict)
+    interrupted: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,7 +119,7 @@ class Analysis:
         return max(good, key=knob.step, default=None)
 
 
-def analysed(table: "Table") -> Analysis:
+def analysed(table: Table) -> Analysis:
     """Everything that the table says so far.
 
     >>> from pathlib import Path
@@ -136,7 +154,7 @@ def reference_of(answer: Exact | None, observable: SelectedObservable) -> Refere
     return Reference(np.atleast_1d(values).ravel(), answer.source, answer.accuracy)
 
 
-def _judged(table: "Table", observable: SelectedObservable, values: Callable) -> Judged:
+def _judged(table: Table, observable: SelectedObservable, values: Callable) -> Judged:
     main = table.knobs[0]
     results = {setting: result for setting in table.measured if (result := values(setting, observable)) is not None}
     reference = reference_of(table.exact, observable) or _finest(main, results)
@@ -192,7 +210,7 @@ def _finest(main: Knob, results: dict[Setting, np.ndarray]) -> Reference | None:
     return Reference(values[best], description, second / 3.0, ladder[best])
 
 
-def _sweep(table: "Table", knob: Knob, results: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:
+def _sweep(table: Table, knob: Knob, results: dict[Setting, np.ndarray]) -> dict[Value, tuple[Setting, np.ndarray]]:
     """What was run along a knob, by its value; the base stands at the knob's default."""
     sweep = {setting.value: (setting, result) for setting, result in results.items() if setting.knob == knob.name}
     if knob is not table.knobs[0] and not knob.alternative and table.base in results:
@@ -200,7 +218,7 @@ def _sweep(table: "Table", knob: Knob, results: dict[Setting, np.ndarray]) -> di
     return sweep
 
 
-def _source(table: "Table", knob: Knob, results: dict[Setting, np.ndarray], size: float) -> Source:
+def _source(table: Table, knob: Knob, results: dict[Setting, np.ndarray], size: float) -> Source:
     sweep = _sweep(table, knob, results)
     if knob.default not in sweep or len(sweep) < 2 or not size > 0.0:
         return Source(knob, float("nan"), NONE, float("nan"))
@@ -223,7 +241,7 @@ def _source(table: "Table", knob: Knob, results: dict[Setting, np.ndarray], size
 
 
 def _main_source(
-    table: "Table", main: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    table: Table, main: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
     floor: float,
 ) -> Source:  # fmt: skip
     """The first knob: by its errors where these stand above all else that errs, else by its own differences."""
@@ -235,7 +253,7 @@ def _main_source(
 
 
 def _other_method(
-    table: "Table", knob: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
+    table: Table, knob: Knob, results: dict[Setting, np.ndarray], errors: dict[Setting, float], size: float,
     floor: float,
 ) -> Source:  # fmt: skip
     sweep = _sweep(table, knob, results)
@@ -253,6 +271,6 @@ def _other_method(
     return Source(knob, float("nan"), law, _cost_order(table, steps, ladder))
 
 
-def _cost_order(table: "Table", steps: np.ndarray, settings: list[Setting]) -> float:
+def _cost_order(table: Table, steps: np.ndarray, settings: list[Setting]) -> float:
     seconds = np.array([table.measured[setting].cpu_time for setting in settings])
     return -convergence.power_law(steps, seconds).order

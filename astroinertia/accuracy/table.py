@@ -12,10 +12,9 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.accuracy import frontier
-from astroinertia.accuracy.analysis import Analysis, Judged, Source, analysed
+from astroinertia.accuracy.analysis import Analysis, Judged, Source, Table, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_MENTIONED
-from astroinertia.accuracy.tradeoff import Table
 from astroinertia.costs.machine import described
 from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError

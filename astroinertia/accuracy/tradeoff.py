@@ -7,15 +7,15 @@ comes first. Tests: tests/unit/accuracy/test_tradeoff.py, tests/physics/test_tra
 
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from astroinertia.accuracy import budget, knobs, measuring
+from astroinertia.accuracy.analysis import Table, analysed
 from astroinertia.accuracy.exact import Exact, exact
 from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
-from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene import load
@@ -40,25 +40,6 @@ class Standing:
     spent: float
     budget: float
     now: str
-
-
-@dataclass
-class Table:
-    """What a tradeoff found: settings that were run with what they gave, and those that the budget left out.
-
-    base: the setting around which single knobs are turned, the scene itself unless that is too expensive. left:
-    settings that were not run, with the seconds that they would take.
-    """
-
-    scene: Scene
-    knobs: tuple[Knob, ...]
-    observables: tuple[SelectedObservable, ...]
-    base: Setting
-    exact: Exact | None
-    folder: Path
-    measured: dict[Setting, Measured] = field(default_factory=dict)
-    left: dict[Setting, float] = field(default_factory=dict)
-    interrupted: bool = False
 
 
 def carry_out(
@@ -202,8 +183,6 @@ class _Study:
 
     def _balanced(self, main: Knob) -> list[Setting]:
         """For each value of the main knob, all others as coarse as keeps them below their share of its error."""
-        from astroinertia.accuracy.analysis import analysed
-
         analysis, settings = analysed(self.table), []
         run_before = {setting.overrides for setting in self.table.measured}
         for value in main.values:
