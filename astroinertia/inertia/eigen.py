@@ -67,18 +67,19 @@ def _product(xp: Any, left: Array, right: Array, start: Array) -> tuple[Array, A
     for i, j in ((0, 0), (0, 1), (1, 0)):
         for k in range(3):
             term = a[i][..., :, k, None] * b[j][..., None, k, :]
-            total, lost = _two_sum(total, term)
+            total, lost = two_sum(total, term)
             error = error + lost
     for i, j in ((1, 1), (0, 2), (2, 0), (1, 2), (2, 1)):
         error = error + _plain_product(a[i], b[j])
-    return _two_sum(total, error)
+    return two_sum(total, error)
 
 
 def _plain_product(left: Array, right: Array) -> Array:
     return sum(left[..., :, k, None] * right[..., None, k, :] for k in range(3))
 
 
-def _two_sum(one: Array, other: Array) -> tuple[Array, Array]:
+def two_sum(one: Array, other: Array) -> tuple[Array, Array]:
+    """Sum and its rounding (Knuth)."""
     total = one + other
     part = total - one
     return total, (one - (total - part)) + (other - part)

@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.inertia.eigen import two_sum
+
 Number = Any
 """A float, or an exact number: an int, a Fraction, a Decimal or a decimal string such as "0.1"."""
 
@@ -234,8 +236,8 @@ class Clock:
             start = self.start - self.start.to_integral_value()
             high, low = two_parts(self.rate, Decimal(0), times)
             start_high, start_low = _pair(start)
-        high, more = _sum(high - np.rint(high), low - np.rint(low))
-        high, last = _sum(high, np.float64(start_high))
+        high, more = two_sum(high - np.rint(high), low - np.rint(low))
+        high, last = two_sum(high, np.float64(start_high))
         quarters = np.rint(4.0 * high)
         rest = (high - 0.25 * quarters) + (more + last + start_low)
         return (quarters.astype(int) + 2) % 4 - 2, rest
@@ -268,20 +270,13 @@ def two_parts(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndar
     """
     (rate_high, rate_low), (start_high, start_low) = _pair(rate), _pair(start)
     high, low = _product(rate_high, times)
-    high, more = _sum(high, np.float64(start_high))
-    return _sum(high, low + more + (rate_low * times + start_low))
+    high, more = two_sum(high, np.float64(start_high))
+    return two_sum(high, low + more + (rate_low * times + start_low))
 
 
 def _pair(value: Decimal) -> tuple[float, float]:
     high = float(value)
     return high, float(value - Decimal(high))
-
-
-def _sum(one: Any, other: Any) -> tuple[Any, Any]:
-    """Sum and its rounding (Knuth)."""
-    total = one + other
-    back = total - one
-    return total, (one - (total - back)) + (other - back)
 
 
 def _product(one: Any, other: Any) -> tuple[Any, Any]:
