@@ -45,6 +45,7 @@ from astroinertia.cli.screen import visible
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
 from astroinertia.process.cache_directory import cache_directory
+from astroinertia.process.uncollected import uncollected
 from astroinertia.run.meter import Meter, Voice, preparing
 
 if TYPE_CHECKING:
@@ -435,7 +436,7 @@ def _guide(options: Options) -> int:
     return GOOD
 
 
-@cli_result.uncollected()
+@uncollected()
 def _show(options: Options) -> int:
     from astroinertia import plots
 

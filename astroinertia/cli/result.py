@@ -1,6 +1,5 @@
 """What the commands that look at a result share: opening it, and where they write."""
 
-import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -90,18 +89,6 @@ def shown(*paths: Path) -> Iterator[None]:
 
         names = ", ".join(map(str, paths))
         raise ArchiveError(f"{names} cannot be shown: {type(error).__name__}, {plain_text(error)}.") from error
-
-
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """Look for no cycles of objects, which takes a tenth of the time of pictures; what they hold stays as it is."""
-    before = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if before:
-            gc.enable()
 
 
 def must_be_writable(path: Path | None, suffix: str) -> None:

@@ -11,7 +11,6 @@ Tests: tests/unit/engines/test_numba_compiler.py, tests/unit/process/test_kept_p
 """
 
 import contextlib
-import gc
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +20,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.types import Array, IntegerLiteral, Number, unliteral
 from numba.core.types.functions import BaseFunction, Dispatcher
+
+from astroinertia.process.uncollected import uncollected
 
 # Passes for closures, with, raise, functions to be inlined before types are known, loops over literals, and expressions
 # of whole arrays: the engine's functions have none of these. And the static single assignment of numba, for names whose
@@ -57,18 +58,6 @@ def _plain_call_type(function: Any, context: Any, args: tuple, kws: dict) -> Any
 
 
 @contextlib.contextmanager
-def _uncollected() -> Iterator[None]:
-    """Within, no garbage is collected: the collector would look through all that numba makes again and again."""
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()
-
-
-@contextlib.contextmanager
 def _typed_once() -> Iterator[None]:
     """Within, what an operator does to types is looked up once, not for every use: numba tries dozens of forms each.
 
@@ -98,7 +87,7 @@ class EntryCompiler(Compiler):
         """Numba's result."""
         self.state.library = EntryLibrary(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
-        with _uncollected(), _typed_once():
+        with uncollected(), _typed_once():
             return super().compile_extra(func)
 
     def define_pipelines(self) -> list:
