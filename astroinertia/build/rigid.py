@@ -1,7 +1,7 @@
 """The rigid model of a scene: moments and axes of its body, how it turns, what acts on it and what goes round it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,28 +37,11 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     effects = effects_of(scene, units)
     deformable = [effect for effect in effects if hasattr(effect, "deformability")]
     pivots = [effect for effect in effects if effect.kind == "pivot"]
-    if scene.body.change is not None and (deformable or pivots):
-        other = (deformable or pivots)[0].kind
-        raise SceneError(f"[body.change] prescribes the size, so the effect {other} cannot be listed with it.")
-    if pivots and (deformable or scene.companions):
-        other = "companions" if scene.companions else deformable[0].kind
-        raise SceneError(f"[effects.pivot] holds a point of the body at rest, so there can be no {other} with it.")
-    for effect in effects:
-        if deformable and hasattr(effect, "function"):
-            raise SceneError(
-                f"[effects.{effect.kind}] is a function, whose change with time the effect {deformable[0].kind} would "
-                "need to know: write it as the class of an effect."
-            )
+    _refuse_together(scene, effects, deformable, pivots)
     arm = None
     tensor = np.diag(moments)  # in the scene's axes of the body
     if pivots:
-        arm = np.asarray(pivots[0].arm, dtype=float)
-        size = math.sqrt(np.max(moments) / mass)
-        if (away := float(np.linalg.norm(arm))) > FAR * size > 0.0:
-            raise SceneError(
-                f"[effects.pivot] arm: is {away / size:.2g} times the body's radius of gyration, where its shape is "
-                f"rounded away; it may be at most {FAR:g} times that."
-            )
+        arm = _arm(pivots[0], mass, moments)
         tensor = about_point(tensor, mass, arm)
     deformability, rate = None, 0.0
     if deformable:
@@ -123,6 +106,34 @@ def _refuse_what_flows(scene: Scene) -> None:
         raise SceneError("[body] velocity_gradient is a flow that a rigid body does not have; give [body.rotation].")
     if (body.rotation is not None and body.rotation.law != "rigid") or getattr(body, "law", "rigid") != "rigid":
         raise SceneError("[body.rotation] law must be rigid for the model rigid.")
+
+
+def _refuse_together(scene: Scene, effects: Sequence[Any], deformable: Sequence[Any], pivots: Sequence[Any]) -> None:
+    """SceneError where effects do not go with one another, or with the rest of the scene."""
+    if scene.body.change is not None and (deformable or pivots):
+        other = (deformable or pivots)[0].kind
+        raise SceneError(f"[body.change] prescribes the size, so the effect {other} cannot be listed with it.")
+    if pivots and (deformable or scene.companions):
+        other = "companions" if scene.companions else deformable[0].kind
+        raise SceneError(f"[effects.pivot] holds a point of the body at rest, so there can be no {other} with it.")
+    for effect in effects:
+        if deformable and hasattr(effect, "function"):
+            raise SceneError(
+                f"[effects.{effect.kind}] is a function, whose change with time the effect {deformable[0].kind} would "
+                "need to know: write it as the class of an effect."
+            )
+
+
+def _arm(pivot: Any, mass: float, moments: np.ndarray) -> np.ndarray:
+    """From the pivot to the centre of mass (3,); SceneError where the body is small beside it."""
+    arm = np.asarray(pivot.arm, dtype=float)
+    size = math.sqrt(np.max(moments) / mass)
+    if (away := float(np.linalg.norm(arm))) > FAR * size > 0.0:
+        raise SceneError(
+            f"[effects.pivot] arm: is {away / size:.2g} times the body's radius of gyration, where its shape is "
+            f"rounded away; it may be at most {FAR:g} times that."
+        )
+    return arm
 
 
 def of_solid(scene: Scene, units: CodeUnits) -> Moments:
