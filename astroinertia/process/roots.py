@@ -16,7 +16,7 @@ def root_between(
     """Return the root of `function` between `low` and `high` to the sum of these errors (Brent's method).
 
     ValueError unless the function has different signs there. Source: Brent 1973, Algorithms for Minimization without
-    Derivatives, ch. 4. Test: tests/unit/bodies/test_ellipsoids.py (every figure found from a quantity).
+    Derivatives, ch. 4. Test: tests/unit/process/test_roots.py.
     """
     from scipy.optimize import brentq  # only here: who opens a file need not wait for it
 
