@@ -409,12 +409,12 @@ def _sensitivity(options: Options) -> int:
 
 def _finished(result: Path, folder: Path) -> int:
     from astroinertia import dataset
-    from astroinertia.dataset import bounds, resolution
+    from astroinertia.dataset import bounds
 
     attrs = dataset.open(result).attrs
-    unclosed = bounds.ledger_message(attrs)
+    unclosed = bounds.message(attrs, "ledger")
     bars = str(attrs.get("error_bars_comment", ""))
-    for message in (resolution.resolution_message(attrs), unclosed, bars, cli_calibrate.compared(attrs)):
+    for message in (bounds.message(attrs, "resolution"), unclosed, bars, cli_calibrate.compared(attrs)):
         if message:
             _say(message)
     _say(f"wrote {result}; look at it with: astroinertia show {folder}")

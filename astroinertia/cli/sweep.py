@@ -114,7 +114,7 @@ def unclosed(file: Path) -> list[str]:
     from astroinertia import dataset
     from astroinertia.dataset import bounds
 
-    lines = bounds.ledger_message(dataset.open(file).attrs).splitlines()
+    lines = bounds.message(dataset.open(file).attrs, "ledger").splitlines()
     more = len(lines) - MOST_ROWS
     return [*lines[:MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
 

@@ -62,9 +62,9 @@ def _remedy(series: Mapping[str, np.ndarray]) -> str:
     return SHORTER
 
 
-def ledger_message(attributes: Mapping[Any, Any]) -> str:
-    """The sentences that a dataset's attributes keep, a line each; empty where the ledger closes."""
-    kept = str(attributes.get("ledger_warnings", ""))
+def message(attributes: Mapping[Any, Any], of: str) -> str:
+    """The warnings that a dataset's attributes keep of its "ledger" or "resolution", a line each; empty without any."""
+    kept = str(attributes.get(f"{of}_warnings", ""))
     return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())
 
 

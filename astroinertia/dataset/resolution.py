@@ -5,7 +5,6 @@ Tests: tests/unit/dataset/test_resolution.py.
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -65,12 +64,6 @@ def _flown_apart(series: Mapping[str, np.ndarray]) -> str:
         f"start, 99 % of it within {most[-1]:.3g} times as far, and gravity does not hold it; its shape, spin and "
         "moment ratio are those of the debris. Less heat, slower rotation or a weaker pull from outside would hold it."
     )
-
-
-def resolution_message(attributes: Mapping[Any, Any]) -> str:
-    """The sentences that a dataset's attributes keep, a line each; empty where all is resolved."""
-    kept = str(attributes.get("resolution_warnings", ""))
-    return "\n".join(f"warning: {sentence}" for sentence in kept.splitlines())
 
 
 def _times(wanted: float, had: float) -> str:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from astroinertia import plots
 from astroinertia.dataset.absent import with_absent
-from astroinertia.dataset.resolution import resolution_message
+from astroinertia.dataset.bounds import message
 from astroinertia.pages.page import filled, name_of, policy, text, write_page
 from astroinertia.plots import style
 from astroinertia.plots.in_words import Table, heading, tables
@@ -62,7 +62,7 @@ def write_report(dataset: xr.Dataset, snapshots: xr.Dataset | None, path: Path) 
     sections = {title: body for title, body in sections.items() if body}
     # The first line of the heading is the name and the description, which stand above it.
     how = " ".join(heading(dataset).splitlines()[-1:])
-    warnings = resolution_message(attrs)
+    warnings = message(attrs, "resolution")
     page = filled(
         "report.html",
         policy=text(policy()),

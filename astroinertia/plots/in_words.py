@@ -10,7 +10,6 @@ import xarray as xr
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
-from astroinertia.dataset.resolution import resolution_message
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
@@ -60,8 +59,8 @@ def summary(dataset: xr.Dataset) -> str:
     >>> print("flattening" in summary(ds), "T/|W|" in summary(ds))
     True True
     """
-    parts = [heading(dataset), *(table.text() for table in tables(dataset)), resolution_message(dataset.attrs)]
-    parts.append(bounds.ledger_message(dataset.attrs))
+    parts = [heading(dataset), *(table.text() for table in tables(dataset))]
+    parts += [bounds.message(dataset.attrs, of) for of in ("resolution", "ledger")]
     return "\n\n".join(part for part in parts if part)
 
 

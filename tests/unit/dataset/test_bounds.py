@@ -9,7 +9,7 @@ from rich.console import Console
 import astroinertia
 from astroinertia import plots
 from astroinertia.cli.main import main
-from astroinertia.dataset.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_message, ledger_warnings
+from astroinertia.dataset.bounds import CLOSURE, ENERGY, MISMATCH, doubtful, ledger_warnings, message
 from astroinertia.run.loop import Progress
 from astroinertia.run.meter import Meter
 from tests.sims import SIMS
@@ -64,7 +64,7 @@ def test_a_body_whose_shape_is_rounded_away_gets_no_advice_to_take_shorter_steps
 def test_each_figure_beyond_its_bound_is_named(change, words):
     (sentence,) = ledger_warnings(records(**change), EFFECTS)
     assert all(word in sentence for word in words)
-    assert ledger_message({"ledger_warnings": sentence}) == f"warning: {sentence}"
+    assert message({"ledger_warnings": sentence}, "ledger") == f"warning: {sentence}"
 
 
 @pytest.mark.parametrize(("share", "sentences"), [(1e-10, 0), (1e-3, 1)])

@@ -6,7 +6,8 @@ import pytest
 from astroinertia import dataset, plots
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.cli.main import main
-from astroinertia.dataset.resolution import resolution_message, resolution_warnings
+from astroinertia.dataset.bounds import message
+from astroinertia.dataset.resolution import resolution_warnings
 from astroinertia.models.sph.resolution import jeans_mass, resolution
 from astroinertia.run.loop import run_scene
 from astroinertia.scene import load
@@ -98,7 +99,7 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
     data = dataset.open(tmp_path / "run")
     assert "held only" in data.attrs["resolution_warnings"] and data.attrs["body_particles"] == "[100]"
     assert (data["jeans_ratio"] < 1.0).all() and "Jeans" not in data.attrs["resolution_warnings"]
-    assert resolution_message(data.attrs).startswith("warning: ")
+    assert message(data.attrs, "resolution").startswith("warning: ")
     assert (data["core_particles"] > 16).all() and (data["core_particles"] < 147).all()
     assert "warning: the core" in plots.summary(data)
 
@@ -107,7 +108,7 @@ def test_a_run_keeps_its_warnings_and_tells_them(tmp_path, capsys):
 def test_a_fine_run_is_not_warned_of(tmp_path):
     text = SCENE.replace("index = 3.0", "index = 1.0").replace("particles = 100", "particles = 800")
     data = dataset.open(run_scene(load.loads(text), tmp_path / "run"))
-    assert "resolution_warnings" not in data.attrs and resolution_message(data.attrs) == ""
+    assert "resolution_warnings" not in data.attrs and message(data.attrs, "resolution") == ""
 
 
 def test_the_plan_counts_the_core_and_warns():
@@ -165,7 +166,7 @@ def test_a_body_that_flies_apart_is_called_that_and_does_so_the_same_each_time(t
     for name in one.data_vars:
         if name != "wall_time":
             np.testing.assert_array_equal(one[name], other[name], err_msg=str(name))
-    (sentence,) = resolution_message(one.attrs).splitlines()
+    (sentence,) = message(one.attrs, "resolution").splitlines()
     assert sentence.startswith("warning: the body flew apart: at the end half of its mass is ")
     grown = float(one["half_mass_radius"][-1] / one["half_mass_radius"][0])
     assert f"{grown:.3g} times" in sentence and grown > 10.0
