@@ -24,6 +24,11 @@ PARTS = tuple(
     for name, part in vars(parts).items()
     if isinstance(part, FunctionType)
 )
+_SHAPES = {
+    "torque": (3,), "relative_rotation": (3,), "impulse": (3,), "potential": (), "frequency": (),
+    "rigid_virial": (3, 3), "affine_force": (3, 3), "affine_push": (3,), "affine_virial": (3, 3),
+    "affine_potential": (), "affine_heating": (),
+}  # fmt: skip
 
 
 def scoped(kind: str, part: Callable) -> Callable:
@@ -52,10 +57,10 @@ def _checked(kind: str, part: Callable) -> Callable:
         except Exception as error:  # whatever a class of the user's own does
             why = f"{type(error).__name__}: {shown(str(error), 200)}"
             raise SceneError(f"the part {part.__name__} of the effect '{kind}' failed ({why}).") from error
-        if part.__name__ == "acceleration" and value is not None:
-            shape, needed = np.shape(value), np.shape(arguments[-1].position)
-            if shape != needed:
-                raise SceneError(f"the effect '{kind}' gave an acceleration of the shape {shape}, not {needed}.")
+        needed = np.shape(arguments[-1].position) if part.__name__ == "acceleration" else _SHAPES.get(part.__name__)
+        if value is not None and needed is not None and (shape := np.shape(value)) != needed:
+            given = f"{'an' if part.__name__[0] in 'aeiou' else 'a'} {part.__name__}"
+            raise SceneError(f"the effect '{kind}' gave {given} of the shape {shape}, not {needed}.")
         return value
 
     return checked

@@ -10,12 +10,16 @@ effects (effects.effect.Effect). Tests: tests/unit/test_effects_door.py.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import FunctionType
 from typing import Any
 
+from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door, made_of
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import Cost, Entry
+from astroinertia.effects.particle_parts import ParticleParts
+from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import SceneError
 from astroinertia.units import ALL_MODELS
 
@@ -24,6 +28,11 @@ EFFECTS = Door(
     "astroinertia.effects", "effect", "astroinertia.effects.Effect", "@dataclass(frozen=True, eq=False)",
     (*CATALOGUE, *TAKEN),
 )  # fmt: skip
+
+_PARTS_OF = {
+    model: [name for name, part in vars(parts).items() if isinstance(part, FunctionType | property)]
+    for model, parts in (("sph", ParticleParts), ("ellipsoid", AffineParts), ("rigid", RigidParts))
+}
 
 
 def entry_of(made: Any, package: str = "") -> Entry:
@@ -34,6 +43,10 @@ def entry_of(made: Any, package: str = "") -> Entry:
     text = EFFECTS.check(made, Effect, package)
     if not made.models or not set(made.models) <= set(ALL_MODELS):
         raise EFFECTS.refused(made, package, f"its `models` must be some of {', '.join(ALL_MODELS)}")
+    having = [model for model, parts in _PARTS_OF.items() if _has(made, *parts)]
+    if having and (without := [model for model in made.models if model in _PARTS_OF and model not in having]):
+        what = f"it has parts for {' and '.join(having)} and none for {without[0]}, which its `models` name"
+        raise EFFECTS.refused(made, package, f"{what}; say `models: ClassVar = {tuple(having)}`".replace("'", '"'))
     return Entry(
         text, made.options, _loop(made), made.source, tuple(made.models), made.numerical, size=made.size,
         gradients=(lambda options: True) if _has(made, "gradient_terms") else None,

@@ -287,6 +287,14 @@ def made(**parts: Any) -> type:
         (made(kind="motion"), "'motion' is the name of a built-in one"),
         (made(kind="Made Up"), "its `kind` must be a name of small letters"),
         (made(models=("gas",)), "`models` must be some of sph, ellipsoid"),
+        (
+            made(torque=lambda self, body: body.angular_momentum),
+            'it has parts for rigid and none for sph, which its `models` name; say `models: ClassVar = ("rigid",)`',
+        ),
+        (
+            made(models=("ellipsoid", "rigid"), affine_push=lambda self, body: body.velocity),
+            "it has parts for ellipsoid and none for rigid",
+        ),
         (made(options={"k": positive("rate", REQUIRED, "k")}), "describe each of its fields, but not so k"),
         (
             made(
@@ -338,6 +346,26 @@ class Lost(Effect):
 def test_what_a_class_does_wrong_is_said_in_a_sentence(effect: Any, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=sentence):
         astroinertia.run_scene(loads(SCENE), tmp_path / "run", effects=[effect])
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Weak(Effect):
+    """A torque of one component."""
+
+    kind: ClassVar[str] = "weak"
+    models: ClassVar = ("rigid",)
+
+    def torque(self, body: Any) -> Any:
+        """Its size alone."""
+        return (body.angular_velocity**2).sum()
+
+
+def test_a_torque_of_a_wrong_shape_is_said_in_a_sentence(tmp_path: Path) -> None:
+    body = '[body]\nkind = "rigid"\nmass = 1.0\nradius = 1.0\nmoment_ratios = [0.3, 0.4, 0.5]\n'
+    scene = f'name = "weak"\nmodel = "rigid"\nunits = "code"\n{body}[effects]\n[time]\nend = 1.0\n'
+    with pytest.raises(SceneError, match=r"the effect 'weak' gave a torque of the shape \(\), not \(3,\)"):
+        astroinertia.run_scene(loads(scene), tmp_path / "run", effects=[Weak()])
 
 
 def test_an_effect_of_another_model_is_refused(drag) -> None:
