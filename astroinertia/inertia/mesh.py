@@ -7,6 +7,7 @@ batch of bodies with the same faces.
 """
 
 import io
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -173,7 +174,13 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         # Not by its name, from which trimesh would find the other files that it names; and of the geometry alone.
         # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
         kind = path.suffix[1:].lower()
-        loaded = trimesh.load_mesh(io.BytesIO(content), file_type=kind, process=False, skip_materials=True)
+        options: dict[str, Any] = {"file_type": kind, "process": False, "skip_materials": True}
+        try:
+            loaded = trimesh.load_mesh(io.BytesIO(content), **options)
+        except Exception:
+            if kind != "off":
+                raise
+            loaded = trimesh.load_mesh(io.BytesIO(_in_triangles(content)), **options)
         vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
     except ImportError as failure:  # what trimesh would guess the encoding of a text with
         raise ArchiveError(
@@ -187,6 +194,23 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         raise ArchiveError(f"{path} cannot be read as a mesh: a face has a corner that is not there")
     places, numbers = _distinct(vertices + 0.0)  # + 0.0: -0 and 0 are one place
     return places, numbers[faces]
+
+
+def _in_triangles(content: bytes) -> bytes:
+    """The text of an OFF file with a fan of triangles for each face, as trimesh fails at faces of 3 and of 5 corners.
+
+    What is no such file is left as it is.
+    """
+    lines = [line.split() for text in content.splitlines() if (line := text.partition(b"#")[0]).strip()]
+    try:
+        head = [] if len(lines[0]) > 1 else [lines.pop(0)]  # the word OFF, which the counts may follow in its line
+        *word, points, faces = lines[0][: 2 + (not lines[0][0].isdigit())]
+        start = 1 + int(points)
+        rows = lines[start : start + int(faces)]
+        fans = [[b"3", row[1], *pair] for row in rows for pair in pairwise(row[2 : 1 + int(row[0])])]
+    except (ValueError, IndexError):
+        return content
+    return b"\n".join(map(b" ".join, [*head, [*word, points, b"%d" % len(fans)], *lines[1:start], *fans]))
 
 
 def _content(path: Path) -> bytes:

@@ -254,6 +254,23 @@ def test_a_file_that_is_no_mesh(tmp_path):
             mesh.read_mesh(wrong)
 
 
+@pytest.mark.parametrize("head", ["OFF\n12 8 18", "# a nut\n\nOFF 12 8 18  # counts"])
+def test_a_file_of_triangles_quadrangles_and_hexagons_is_read(tmp_path, head):
+    angles = np.arange(6) * np.pi / 3
+    corners = [(np.cos(angle), np.sin(angle), z) for z in (0.0, 1.0) for angle in angles]
+    sides = [[i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6] for i in range(6)]
+    faces = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11], *sides[:5], sides[5][:3], [sides[5][k] for k in (0, 2, 3)]]
+    lines = [head.replace(" 8 ", " 9 "), *(" ".join(map(repr, map(float, corner))) for corner in corners)]
+    lines += [f"{len(face)} {' '.join(map(str, face))} 255 0 0" for face in faces]
+    (tmp_path / "nut.off").write_text("\n".join(lines))
+    body = mesh.mesh_body(*mesh.read_mesh(tmp_path / "nut.off"), density=1.0)
+    assert float(body.mass) == pytest.approx(1.5 * 3**0.5, rel=1e-14)
+    assert body.centre == pytest.approx([0.0, 0.0, 0.5], abs=1e-15)
+    (tmp_path / "nut.off").write_text("\n".join(lines[:-2]))
+    with pytest.raises(ValueError, match="not closed"):
+        mesh.mesh_body(*mesh.read_mesh(tmp_path / "nut.off"), density=1.0)
+
+
 @pytest.mark.parametrize(("ending", "size"), [("obj", 900), ("stl", 900), ("off", 200), ("ply", 200), ("obj", 200)])
 def test_a_file_of_holes_is_refused_at_once(tmp_path, ending, size):
     path = tmp_path / f"holes.{ending}"
