@@ -368,7 +368,8 @@ class InertiaAccessor:
     def strain(self, polar_angle: float, azimuth: float = 0.0) -> xr.Dataset:
         """Gravitational-wave strain times distance for an observer at (theta, phi) in radians; variables plus, cross.
 
-        Raises ValueError for a dimensionless dataset, in which the speed of light has no value.
+        Of the whole body, also where effects have been chosen. Raises ValueError for a dimensionless dataset, in which
+        the speed of light has no value.
 
         >>> print(list(ds.inertia.strain(0.0)))
         ['plus', 'cross']
@@ -376,9 +377,12 @@ class InertiaAccessor:
         if self._unit("m") == "1":
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
         self._must_be_inertial("the waves of a body")
-        virials = self._values("virial_tensor")
-        had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
-        acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
+        if "inertia_acceleration" in self.dataset:
+            acceleration = -self._values("inertia_acceleration")  # whose traces do not radiate
+        else:
+            virials = self._values("virial_tensor")
+            had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
+            acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
         gravity = self.dataset.attrs["gravitational_constant"]
         plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
         names = {"plus": plus, "cross": cross}

@@ -187,6 +187,7 @@ def test_one_time_and_one_effect_can_be_chosen(ds: xr.Dataset) -> None:
     np.testing.assert_array_equal(last.acceleration_shares("x"), ds.inertia.acceleration_shares("x")[-1:])
     pulled = ds.sel(effect="gravity").inertia
     np.testing.assert_array_equal(pulled.virial_shares()[:, 1], ds.inertia.virial_shares().sel(share="gravity"))
+    xr.testing.assert_identical(pulled.strain(0.4, 0.3), ds.inertia.strain(0.4, 0.3))  # of the whole body
     with pytest.raises(ValueError, match="the dataset has no times"):
         _ = ds.mean("time").inertia
     with pytest.raises(ValueError, match="vectors and tensors must be whole: along i there is z alone"):

@@ -43,7 +43,7 @@ def runs(tmp_path_factory):
 @pytest.fixture(scope="module")
 def sweep(runs):
     series = ["inertia_tensor", "second_moment", "kinetic_tensor", "virial_tensor", "torque", "mass", "spin_axis"]
-    series += ["angular_momentum", "principal_moments", "mean_radius"]
+    series += ["angular_momentum", "principal_moments", "mean_radius", "inertia_acceleration"]
     parts = [run[series] for run in runs]
     parts.append(xr.full_like(parts[0], np.nan))
     return xr.concat(parts, "member", join="outer", coords="minimal", compat="override").assign_coords(
