@@ -54,13 +54,15 @@ def precession_constant(
     """alpha = (3/2) (H/omega) GM/(a^3 (1 - e^2)^(3/2)), the rate at vanishing obliquity, rad s-1.
 
     GM is the perturber's (m3 s-2), the orbit that of the perturber as seen from the body (m). ValueError for an orbit
-    that is no ellipse. Source: Goldreich 1966, Rev. Geophys. 4, 411. Checked by tests/unit/rotation/test_precession.py.
+    that is no ellipse, and for a spin of 0, without which the rate has no bound. Source: Goldreich 1966, Rev. Geophys.
+    4, 411. Checked by tests/unit/rotation/test_precession.py.
 
     >>> alpha = precession_constant(1 / 305.5, 7.292115e-5, 1.32712e20, 1.495979e11)
     >>> print(f"{np.degrees(alpha) * 3600 * 3.15576e7:.1f}")  # arcsec a year, of the Earth by the Sun
     17.4
     """
     strength = _mean_tide(gravitational_parameter, semi_major_axis, eccentricity)
+    _require_turning(spin_rate=spin_rate)
     return 1.5 * np.asarray(dynamical_ellipticity) / np.asarray(spin_rate) * strength
 
 
@@ -92,9 +94,9 @@ def node_nutation(
     """Amplitudes (longitude, obliquity) in rad of the nutation with the node of an inclined orbit, to first order.
 
     The axis moves by -longitude sin(node) along the plane and by +obliquity cos(node) in obliquity where node_rate
-    (rad s-1) is negative, as the Moon's. Source: Woolard 1953; Kinoshita 1977, (2 sin i cos i terms).
-    Checked by tests/unit/rotation/test_precession.py and against the integrated motion by
-    tests/physics/test_precession.py.
+    (rad s-1) is negative, as the Moon's. ValueError for a node or a spin that does not turn. Source: Woolard 1953;
+    Kinoshita 1977, (2 sin i cos i terms). Checked by tests/unit/rotation/test_precession.py and against the integrated
+    motion by tests/physics/test_precession.py.
 
     >>> month, turn = (4.9028e12, 3.844e8, 0.055, np.radians(5.145)), -1.07e-8  # orbit of the Moon, rate of its node
     >>> obliquity = node_nutation(1 / 305.5, 7.292115e-5, np.radians(23.44), *month, turn)[1]
@@ -104,6 +106,7 @@ def node_nutation(
     alpha = precession_constant(
         dynamical_ellipticity, spin_rate, gravitational_parameter, semi_major_axis, eccentricity
     )
+    _require_turning(node_rate=node_rate)
     size = alpha * np.sin(inclination) * np.cos(inclination) / -np.asarray(node_rate)
     return size * np.cos(2 * np.asarray(obliquity)) / np.sin(obliquity), size * np.cos(obliquity)
 
@@ -239,7 +242,7 @@ def moons_of_the_equator(
     Sum of (1/2) (m/M) (a/R)^2, and of (m/M) (a/R)^2 n/omega: planet and moons precess as one, at the rate of
     H = (J2 + first)/(C/(M R^2) + second). parameter: GM of the planet, radius R that of J2; moon_parameters and
     moon_axes (N,): GM and semi-major axes of moons well within the Laplace radius. ValueError for axes that are not
-    above 0. Source: Goldreich 1966, Rev. Geophys. 4, 411; Ward & Hamilton 2004, AJ 128, 2501, (2).
+    above 0, and for a spin of 0. Source: Goldreich 1966, Rev. Geophys. 4, 411; Ward & Hamilton 2004, AJ 128, 2501, (2).
     Checked by tests/unit/rotation/test_precession.py.
 
     >>> shares = moons_of_the_equator(1.267e17, 7.15e7, 1.7585e-4, np.array([9.89e12]), np.array([1.0704e9]))
@@ -248,6 +251,7 @@ def moons_of_the_equator(
     """
     masses, axes = np.asarray(moon_parameters, dtype=float), np.asarray(moon_axes, dtype=float)
     require_ellipse(axes, 0.0)
+    _require_turning(spin_rate=spin_rate)
     shares = masses / parameter * (axes / radius) ** 2
     motions = np.sqrt((parameter + masses) / axes**3)
     return float(0.5 * shares.sum()), float((shares * motions).sum() / spin_rate)
@@ -330,6 +334,12 @@ def _oblateness(j2: Array, radius: Array, parameter: Array, semi_major_axis: Arr
     require_ellipse(a, eccentricity)
     mean_motion = np.sqrt(np.asarray(parameter) / a**3)
     return np.asarray(j2) * (np.asarray(radius) / a) ** 2 * mean_motion / (1 - np.asarray(eccentricity) ** 2) ** 2
+
+
+def _require_turning(**rates: Array) -> None:
+    for name, rate in rates.items():
+        if np.any(np.asarray(rate) == 0):
+            raise ValueError(f"{name} must not be 0: without it these rates have no bound")
 
 
 def require_ellipse(semi_major_axis: Array, eccentricity: Array) -> None:

@@ -192,3 +192,14 @@ def test_what_is_no_ellipse_is_refused(orbit):
     ):
         with np.errstate(invalid="ignore"), pytest.raises(ValueError, match="ellipse"):
             function()
+
+
+def test_without_a_spin_no_axis_precesses() -> None:
+    orbit = 1.32712e20, 1.495979e11
+    for spins in (0.0, np.array([7.292115e-5, 0.0])):
+        with pytest.raises(ValueError, match="spin_rate must not be 0"):
+            precession.precession_rate(1 / 305.5, spins, 0.4, *orbit)
+    with pytest.raises(ValueError, match="node_rate must not be 0"):
+        precession.node_nutation(1 / 305.5, 7.292115e-5, 0.4, *orbit, 0.0, 0.1, 0.0)
+    with pytest.raises(ValueError, match="spin_rate must not be 0"):
+        precession.moons_of_the_equator(1.267e17, 7.15e7, 0.0, np.array([9.89e12]), np.array([1.0704e9]))
