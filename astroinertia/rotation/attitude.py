@@ -231,7 +231,9 @@ def angle_between(one: Array, other: Array) -> Array:
     one, other = xp.asarray(one), xp.asarray(other)
     # A sum of products and no matrix product, for which an accelerator may use fewer digits.
     between = (one[..., :, :, None] * other[..., :, None, :]).sum(-3)
-    return xp.sqrt((rotation_vector(between) ** 2).sum(-1))
+    square = (rotation_vector(between) ** 2).sum(-1)
+    # Of attitudes that are the same the root has no slope: 0 then, with which the square of the angle has its own.
+    return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0)
 
 
 @with_quantities()

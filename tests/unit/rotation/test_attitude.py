@@ -131,6 +131,17 @@ def test_the_angle_between_attitudes_keeps_its_digits(angle):
     assert attitude.angle_between(one, other) == pytest.approx(angle, rel=0, abs=1e-15)
 
 
+@pytest.mark.parametrize("angle", [0.0, 1e-3, 1.0])
+def test_the_square_of_an_angle_has_a_slope_also_of_attitudes_that_are_the_same(angle):
+    import jax
+
+    with jax.enable_x64(True):
+        turn = jax.grad(
+            lambda size: attitude.angle_between(attitude.rotation(size * np.array([0.0, 0.6, 0.8])), np.eye(3)) ** 2
+        )
+        assert float(turn(angle)) == pytest.approx(2.0 * angle, rel=1e-12, abs=1e-15)
+
+
 def test_the_rate_of_an_attitude_is_its_derivative_in_jax():
     import jax
 
