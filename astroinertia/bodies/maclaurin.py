@@ -132,11 +132,13 @@ def from_angular_velocity(
     top = fastest()
     unit = math.pi * top.rescaled(**scale).gravitational_constant * top.rescaled(**scale).density
     target = angular_velocity**2 / unit
-    if abs(target / top.omega2 - 1) < _SAME:
+    if angular_velocity > 0 and abs(target / top.omega2 - 1) < _SAME:
         return top.rescaled(**scale)
     if branch not in ("slow", "fast"):
         raise ValueError(f"the branches of Maclaurin spheroids are slow and fast, not {branch!r}")
-    if not (angular_velocity >= 0 and target <= top.omega2):
+    if not angular_velocity >= 0:
+        raise ValueError(f"the angular velocity of a spheroid is a number of 0 or more, not {angular_velocity!r}")
+    if not target <= top.omega2:
         raise ValueError(
             f"no Maclaurin spheroid has Omega^2/(pi G rho) = {target:.9g}: it lies between 0 and {top.omega2:.9g}"
         )

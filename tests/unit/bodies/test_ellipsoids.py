@@ -220,3 +220,9 @@ def test_bar_modes():
 def test_what_does_not_exist_is_refused(call):
     with pytest.raises(ValueError, match=r".{30,}"):
         call()
+
+
+@pytest.mark.parametrize("rate", [-1e-3, -maclaurin.fastest().angular_velocity, math.nan])
+def test_a_spheroid_that_turns_backwards_is_refused_for_that(rate):
+    with pytest.raises(ValueError, match=f"is a number of 0 or more, not {rate}"):
+        maclaurin.from_angular_velocity(rate)
