@@ -64,12 +64,12 @@ class LayeredEllipsoid:
 
 @with_quantities()
 def point_masses(inertia: Array, mass: float | None = None, radius: float | None = None) -> tuple[Array, Array]:
-    """The fewest point masses with this tensor: mass (n,) and position (n, 3) about their centre, all equally far off.
+    """The fewest point masses with a tensor: masses (n,) and positions (n, 3) about their centre, all equally far off.
 
-    One more than the dimensions that the body extends in: two for a rod, three for a lamina, four for a solid; they lie
-    at the distance sqrt(tr Q/M) from the centre. Give the total mass, or that distance as `radius`, from which the mass
-    follows; with both, what mass is left over lies at the centre as one point more. ValueError: an impossible tensor;
-    neither given; a mass and radius with M r^2 < tr Q, which no points have.
+    inertia (3, 3). They are one more than the dimensions that the body extends in: two for a rod, three for a lamina,
+    four for a solid; they lie at the distance sqrt(tr Q/M) from the centre. Give the total mass, or that distance as
+    `radius`, from which the mass follows; with both, what mass is left over lies at the centre as one point more.
+    ValueError: an impossible tensor; neither given; a mass and radius with M r^2 < tr Q, which no points have.
     Source: equimomental systems (Routh 1905, Dynamics of a System of Rigid Bodies, Elementary Part, articles 33 to 43);
     for a lamina an isosceles triangle on a circle, for which the same equations have one solution.
 

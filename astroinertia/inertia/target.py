@@ -57,8 +57,8 @@ def target_energy(
 ) -> Array:
     """The penalty energy (...,) of a second moment about the centre of mass, in units of second_moment times stiffness.
 
-    target: second moment (3, 3) wanted, of any size where `free_size`; stiffness: 1/time^2; orientation_stiffness: the
-    same where it is not given, 0 for a free orientation; normal: of the plane (3,) that alone counts, if any.
+    target: second moment (..., 3, 3) wanted, of any size where `free_size`; stiffness: 1/time^2; orientation_stiffness:
+    the same where it is not given, 0 for a free orientation; normal: of the plane (3,) that alone counts, if any.
 
     >>> print(target_energy(np.diag([3.0, 2.0, 1.0]), target_tensor((3.0, 2.0, 1.0)), 1.0))  # it has what is wanted
     0.0
@@ -137,7 +137,7 @@ def _shares(
     trace = xp.trace(second_moment, axis1=-2, axis2=-1) if free_size else own
     # A body without extent has no shape to be driven.
     divisor = xp.where(trace > 0, trace, 1.0)
-    return trace, second_moment / divisor[..., None, None], target / own, plane
+    return trace, second_moment / divisor[..., None, None], target / own[..., None, None], plane
 
 
 def _aligned(xp: Any, share: Array, wanted: Array) -> Array:

@@ -243,3 +243,8 @@ def test_a_fit_moves_every_particle():
     found = realise.fit_to_tensor(lambda x: inertia_tensor(jnp.asarray(mass), x), places, wanted)
     assert found.misfit < 1e-12
     assert relative(inertia_tensor(mass, found.parameters), wanted) < 1e-12
+
+
+def test_a_series_of_tensors_is_refused_with_the_shape_that_is_taken():
+    with pytest.raises(TypeError, match=r"inertia \(2, 3, 3\), mass \(\); it takes inertia \(3, 3\)"):
+        realise.point_masses(np.stack([SOLID, SOLID]), 1.0)

@@ -147,6 +147,10 @@ def test_batches_spheres_and_points():
         whole = target.target_matrix(seconds, TARGET, STIFFNESS, **options)
         for second, matrix in zip(seconds, whole, strict=True):
             np.testing.assert_allclose(matrix, target.target_matrix(second, TARGET, STIFFNESS, **options), rtol=1e-12)
+        wanted = np.stack([TARGET, 2.0 * TARGET, np.diag([1.0, 2.0, 3.0]), np.eye(3)])
+        for energy in (target.target_matrix, target.target_energy):
+            one_by_one = [energy(*pair, STIFFNESS, **options) for pair in zip(seconds, wanted, strict=True)]
+            np.testing.assert_allclose(energy(seconds, wanted, STIFFNESS, **options), one_by_one, rtol=1e-12)
         for degenerate in (np.eye(3), np.zeros((3, 3))):
             assert np.isfinite(target.target_matrix(degenerate, TARGET, STIFFNESS, **options)).all()
             assert np.isfinite(target.target_energy(degenerate, TARGET, STIFFNESS, **options))
