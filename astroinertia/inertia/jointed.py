@@ -83,6 +83,8 @@ def posture(limbs: Sequence[Limb], angles: Array, rates: Array = 0.0) -> Posture
             raise InputError(f"the parent of limb {index} must be the index of a limb before it, not {limb.parent}")
         above = limb.parent
         hinge, axis = turned[above] @ np.asarray(limb.joint) + moved[above], np.asarray(limb.axis, dtype=float)
+        if not axis.any():
+            raise InputError(f"the axis of limb {index} must not be the vector 0")
         axis = turned[above] @ (axis / np.linalg.norm(axis))
         turned.append(Rotation.from_rotvec(angles[index] * axis).as_matrix() @ turned[above])
         moved.append(hinge - turned[index] @ np.asarray(limb.joint))
@@ -123,6 +125,9 @@ def free_turning(
     0.0
     """
     times, momentum = np.asarray(times, dtype=float), np.asarray(angular_momentum, dtype=float)
+    steps = np.diff(times)
+    if (steps > 0).any() and (steps < 0).any():
+        raise InputError("times must go one way, forwards or back")
 
     def spin(time: float, attitude: Rotation) -> np.ndarray:
         now = posture(limbs, *joints(time))

@@ -32,7 +32,7 @@ def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Arra
     return np.asarray(superfluid_share, dtype=float) * lag_lost / angular_velocity
 
 
-@with_quantities()
+@with_quantities(external_rate="rad/s2")
 def coupled_history(
     times: Array,
     crust_rate: float,
@@ -71,16 +71,19 @@ def healing_parameter(superfluid_share: Array) -> Array:
     return np.asarray(superfluid_share, dtype=float)
 
 
-@with_quantities()
+@with_quantities(jump="rad/s", lasting_rate="rad/s2")
 def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, lasting_rate: Array = 0.0) -> Array:
     """Delta Omega(t) after a glitch: jump (1 - Q + Q exp(-t/tau)) plus a lasting change of the derivative times t.
 
-    Source: Lyne, Shemar & Graham-Smith 2000, MNRAS 315, 534.
+    Of several glitches, times (T,) go with jumps and the others of the shape (N, 1), to (N, T). ValueError unless tau
+    is above 0. Source: Lyne, Shemar & Graham-Smith 2000, MNRAS 315, 534.
 
     >>> print(recovery(np.array([0.0, 1e9]), 1e-6, 0.2, 1e6).round(9))  # a fifth heals
     [1.e-06 8.e-07]
     """
     times = np.asarray(times, dtype=float)
+    if not np.all(np.asarray(relaxation_time) > 0):
+        raise ValueError("the relaxation time of a glitch must be above 0")
     return jump * (1 + np.asarray(healing) * np.expm1(-times / relaxation_time)) + np.asarray(lasting_rate) * times
 
 

@@ -255,11 +255,14 @@ def steady_precession_rates(
 def least_sleeping_spin(transverse_moment: float, axial_moment: float, torque: float) -> float:
     """The least w_3, 2 sqrt(A M)/C, at which an upright top sleeps; a slower one falls at the least touch.
 
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    ValueError for moments that are not above 0 and a negative torque. Source: Goldstein et al. section 5.7. Test:
+    tests/unit/rotation/test_heavy_top.py.
 
     >>> print(least_sleeping_spin(1.0, 2.0, 1.0))  # 2 sqrt(A M)/C
     1.0
     """
+    if not (transverse_moment > 0 and axial_moment > 0 and torque >= 0):
+        raise ValueError("a top has two moments above 0 and a torque that is not negative; one that hangs never falls")
     return 2.0 * math.sqrt(transverse_moment * torque) / axial_moment
 
 

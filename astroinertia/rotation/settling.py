@@ -19,7 +19,6 @@ Source: Burns & Safronov (1973), MNRAS 165, 403; Harris (1994), Icarus 107, 209;
 (2012), MNRAS 427, 755. Tests: tests/unit/rotation/test_settling.py.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -151,8 +150,8 @@ def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: f
 
 
 @with_quantities()
-def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> float:
-    """When a body that settles as in `excess_energy` passes the separatrix; 0 if it has passed, infinite if it cannot.
+def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> np.ndarray:
+    """When (...,) a body that settles as in `excess_energy` passes the separatrix; 0 if it has, infinite if it cannot.
 
     Source: Burns & Safronov (1973). Test: tests/unit/rotation/test_settling.py.
 
@@ -160,10 +159,10 @@ def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> 
     0.5493
     """
     above, excess = energy_above_separatrix(moments, angular_velocity), energy_to_lose(moments, angular_velocity)
-    if above <= 0.0:
-        return 0.0
-    left = float(excess - above)
-    return 0.5 * time * math.log1p(float(above) / left) if left > 0.0 else math.inf
+    left = excess - above
+    passes = left > 0.0
+    taken = np.where(passes, 0.5 * time * np.log1p(np.maximum(above, 0.0) / np.where(passes, left, 1.0)), np.inf)
+    return np.where(above > 0.0, taken, 0.0)[()]
 
 
 def _checked(moments: Array) -> np.ndarray:

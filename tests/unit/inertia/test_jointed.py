@@ -105,3 +105,11 @@ def test_at_one_time_the_trunk_is_as_it_was(times):
     attitudes, rates = free_turning(limbs, lambda t: ([0.0, np.pi * t], [0.0, np.pi]), times)
     np.testing.assert_array_equal(attitudes, np.broadcast_to(np.eye(3), (len(times), 3, 3)))
     np.testing.assert_allclose(rates[:, 2], -np.pi / 2)
+
+
+def test_a_hinge_without_an_axis_and_times_to_and_fro_are_refused():
+    wheels = [Limb(shapes.disc(1.0, 1.0)), Limb(shapes.disc(1.0, 1.0), axis=(0.0, 0.0, 0.0), parent=0)]
+    with pytest.raises(AstroinertiaError, match="axis of limb 1 must not be the vector 0"):
+        posture(wheels, [0.0, 1.0])
+    with pytest.raises(AstroinertiaError, match="times must go one way"):
+        free_turning(wheels[:1], lambda time: ([0.0], [0.0]), [0.0, 1.0, 0.5])

@@ -54,3 +54,17 @@ def test_what_is_no_superfluid_is_refused():
     for share, tau in ((0.0, 1.0), (1.0, 1.0), (0.5, 0.0)):
         with pytest.raises(ValueError, match="superfluid"):
             glitches.coupled_history(0.0, 1.0, 1.0, share, tau)
+
+
+def test_recoveries_have_units_and_go_side_by_side():
+    days = np.array([0.0, 30.0, 1e5])
+    found = glitches.recovery(days * 86400.0, "3600 deg/h", 0.2, "30 d", "1e-12 rad/s2")
+    lasting = 1e-12 * 86400.0 * days
+    np.testing.assert_allclose(found - lasting, np.radians(1.0) * np.array([1.0, 0.8 + 0.2 / np.e, 0.8]), rtol=1e-12)
+    both = glitches.recovery(days, np.array([[1.0], [2.0]]), 0.2, 30.0)
+    np.testing.assert_allclose(both, [glitches.recovery(days, jump, 0.2, 30.0) for jump in (1.0, 2.0)], rtol=1e-15)
+    for relaxation_time in (0.0, -30.0):
+        with pytest.raises(ValueError, match="relaxation time of a glitch must be above 0"):
+            glitches.recovery(days, 1.0, 0.2, relaxation_time)
+    slowed = glitches.coupled_history([0.0, 1e9], 70.0, 70.0, 0.1, "1 d", "-1e-10 rad/s2")
+    assert slowed.crust[1] == pytest.approx(70.0 - 0.1, abs=1e-4)

@@ -131,3 +131,9 @@ def test_bad_arguments_are_refused():
         heavy_top.heavy_top(1.0, 1.0, 1.0, 1.0, (0.0, 1.0))
     with pytest.raises(ValueError, match="rate across it must be 0"):
         heavy_top.heavy_top(1.0, 1.0, 1.0, 0.0, (0.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("numbers", [(1.0, 2.0, -1.0), (0.0, 2.0, 1.0), (1.0, 0.0, 1.0)])
+def test_what_does_not_stand_upright_has_no_least_spin(numbers):
+    with pytest.raises(ValueError, match="two moments above 0 and a torque that is not negative"):
+        heavy_top.least_sleeping_spin(*numbers)

@@ -71,3 +71,14 @@ def test_bad_arguments_are_refused():
         settling.harris_settling_time(-1.0, 1.0)
     with pytest.raises(ValueError, match="three finite moments"):
         settling.energy_to_lose([1.0, 2.0], [1.0, 2.0])
+
+
+def test_times_of_the_separatrix_go_by_leading_axes():
+    moments, rates = (
+        np.array([1.0, 2.0, 4.0]),
+        np.array([[4.0, 0.0, 0.0], [0.1, 0.0, 4.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.1]]),
+    )
+    found = settling.time_of_separatrix(moments, rates, 10.0)
+    assert found.tolist() == [settling.time_of_separatrix(moments, one, 10.0) for one in rates]
+    assert found[0] > found[3] > 0.0 == found[1] == found[2]
+    assert settling.time_of_separatrix(np.array([1.0, 4.0, 4.0]), rates[0], 10.0) == np.inf
