@@ -18,6 +18,7 @@ _GONE = 1e-14  # of the energy: round-off
 _LEFT = 0.05  # of a line and a sine: what may be left of a motion that is said to be these
 _SEARCHED = np.linspace(0.5, 2.5, 81)  # periods in the run, besides those near the largest of the spectrum
 _ROUND_OFF = 1e-12  # of the sine of an angle: a nutation smaller than that is none
+_SAME = 1e-9  # relative difference of moments that are equal, as of the scene's own wobble
 
 
 class Course(NamedTuple):
@@ -43,18 +44,20 @@ def attitude_quantities(series: Series, held: bool, deforms: bool) -> dict[str, 
     moments, along = _in_body(series)
     inverse = np.where(moments > 0.0, 1.0 / np.where(moments > 0.0, moments, 1.0), 0.0)
     across = along[:, 0] ** 2 + along[:, 1] ** 2
+    largest = moments > (1.0 - _SAME) * moments[:, 2:]  # two or three of them where L may lie along any axis between
+    off, on = (np.sqrt((along**2 * those).sum(axis=-1)) for those in (~largest, largest))
     turning = (along[:, :2] ** 2 * inverse[:, :2]).sum(axis=-1)
     free = {}
     if deforms and not held:
         period = _period_of_motion(series["time"], along)
         free = {} if period is None else {"wobble_period": period}
     elif not held:
-        around_momentum = _over(size * turning, across, across > (_ALONG * size) ** 2)
+        around_momentum = _over(size * turning, across, (across > (_ALONG * size) ** 2) & ~largest[:, 1])
         free = {"wobble_period": _wobble_period(moments, along), "free_precession_rate": around_momentum}
     all_of_them = {
         "obliquity": np.where(size > 0.0, np.arctan2(level, momentum[:, 2]), np.nan),
         "precession_rate": _over(around, level**2, tilted),
-        "wobble_angle": np.where(size > 0.0, np.arctan2(np.sqrt(across), abs(along[:, 2])), np.nan),
+        "wobble_angle": np.where(size > 0.0, np.arctan2(off, on), np.nan),
         **free,
     }
     return {name: values for name, values in all_of_them.items() if not np.isnan(values).all()}

@@ -8,6 +8,8 @@ import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.units import REQUIRED, positive
 
+_SAME = 1e-9  # relative difference of moments that are equal
+
 
 @pytree
 @dataclass(frozen=True, eq=False)
@@ -28,12 +30,16 @@ class InternalDissipation(Effect):
     follows_spin: ClassVar[bool] = True
 
     def relative_rotation(self, body):
-        """L cross omega by lambda = 1 / (time_scale L^2 ((1/I_1 + 1/I_2)/2 - 1/I_3))."""
+        """L cross omega by lambda = 1 / (time_scale L^2 ((1/I_1 + 1/I_2)/2 - 1/I_3)).
+
+        In place of the mean it is 1/I_1 where I_2 is I_3: L does not circle an axis then, but leaves the long one.
+        """
         moments = jnp.sort(body.principal_moments)
         square = jnp.sum(body.angular_momentum**2)
         spins = (square > 0.0) & (moments[0] > 0.0)
         inverse = 1.0 / jnp.where(moments > 0.0, moments, 1.0)
-        excess = 0.5 * (inverse[0] + inverse[1]) - inverse[2]
+        prolate = moments[1] > (1.0 - _SAME) * moments[2]
+        excess = jnp.where(prolate, inverse[0], 0.5 * (inverse[0] + inverse[1])) - inverse[2]
         spins = spins & (excess > 0.0)
         pace = 1.0 / (self.time_scale * jnp.where(spins, square * excess, 1.0))
         if self.rate is not None:

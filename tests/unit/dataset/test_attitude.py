@@ -77,6 +77,23 @@ def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
     assert "wobble period" in summary(ds) and "precession rate, of torques" not in summary(ds)
 
 
+@pytest.mark.parametrize("moments", [[0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])
+def test_the_wobble_of_a_body_whose_largest_moments_are_equal_is_that_from_their_plane(tmp_path, moments):
+    """Between them any axis has the largest moment; friction takes a long body there in the time that was asked for."""
+    text = TOP.replace("MOMENTS", str(moments)).replace("wobble = WOBBLE", "axis = [0.1, 1.0, 0.3]")
+    text = text.replace("[effects]", "[effects.internal_dissipation]\ntime_scale = 2.0")
+    ds = astroinertia.open(astroinertia.run_scene(load.loads(text), tmp_path / "run"))
+    along = np.abs(ds.attitude.values @ ds.angular_momentum.values[0]) / np.linalg.norm(ds.angular_momentum.values[0])
+    if moments[0] == 1.0:
+        assert not ds.wobble_angle.values.any()
+    else:
+        assert ds.wobble_angle.values == pytest.approx(np.arcsin(along[:, 0]), rel=1e-9)
+        tangents = np.tan(ds.wobble_angle.values)
+        assert tangents == pytest.approx(tangents[0] * np.exp(-ds.time.values / 2.0), rel=1e-6)
+        assert ds.wobble_angle.attrs["settling_time"] == pytest.approx(2.0, rel=1e-2)
+    assert "free_precession_rate" not in ds or np.isnan(ds.free_precession_rate).all()
+
+
 @pytest.mark.slow
 def test_a_wobble_that_is_round_off_of_the_attitude_is_said_to_be_none(tmp_path):
     ds = top(tmp_path, [1.0, 1.0, 1.5], 0.0)
