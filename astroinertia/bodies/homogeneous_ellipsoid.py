@@ -40,7 +40,8 @@ class HomogeneousEllipsoid(EquilibriumFigure):
         """The same figure with another mass, mean radius and G; ValueError unless they are positive and finite."""
         scale = {"mass": mass, "mean_radius": mean_radius, "gravitational_constant": gravitational_constant}
         require_positive(**scale)
-        return replace(self, **scale)
+        # One value of a dataset is a plain number here: xarray would not let it multiply an array.
+        return replace(self, **{name: value if np.ndim(value) else float(value) for name, value in scale.items()})
 
     @property
     def axes(self) -> np.ndarray:

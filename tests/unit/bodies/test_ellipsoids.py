@@ -7,8 +7,9 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+import xarray as xr
 
-from astroinertia.bodies import ellipsoid_gravity, jacobi, maclaurin
+from astroinertia.bodies import ellipsoid_gravity, jacobi, maclaurin, riemann
 
 ENTRIES = json.loads((Path(__file__).parents[2] / "reference" / "ellipsoids.json").read_text())
 SPECIAL = {
@@ -226,3 +227,14 @@ def test_what_does_not_exist_is_refused(call):
 def test_a_spheroid_that_turns_backwards_is_refused_for_that(rate):
     with pytest.raises(ValueError, match=f"is a number of 0 or more, not {rate}"):
         maclaurin.from_angular_velocity(rate)
+
+
+def test_one_value_of_a_dataset_scales_a_figure() -> None:
+    ds = xr.Dataset(
+        {"mass": ("time", [2.0, 3.0], {"units": "kg"}), "mean_radius": ("time", [4.0, 5.0], {"units": "m"})}
+    )
+    one = ds.isel(time=1)
+    for figure in (jacobi.from_axis_ratio, riemann.dedekind, maclaurin.from_axis_ratio):
+        found = figure(0.7, mass=one["mass"], mean_radius=one["mean_radius"])
+        np.testing.assert_allclose(found.axes, 5.0 * figure(0.7).axes, rtol=1e-14)
+        assert found.mass == pytest.approx(3.0, rel=1e-15) and found.gravitational_constant < 1e-10
