@@ -115,7 +115,10 @@ def steady_frame(body: HomogeneousEllipsoid) -> SteadyFrame:
         turning, internal = 0.0, turning + internal
     balance = axes * _balance(axes, turning, internal, tide)
     if abs(balance - balance[2]).max() > _BALANCED * np.max(axes**2 * index_symbols(axes)):
-        raise ValueError("the stability of an ellipsoid is that of a figure in balance, which this one is not")
+        raise ValueError(
+            "the stability of an ellipsoid is that of a figure in balance by itself or, as Roche's, in the tide of a "
+            "point mass, which this one is not"
+        )
     # dG/dt in space is dG/dt + T G with T = Omega J . + Lambda . J, so that 2 T and T T are Coriolis's and the
     # centrifugal force; the pressure, of 2 p_c/rho = balance, pushes along the cofactors of G.
     turn = np.kron(turning * TURN, np.eye(3)) + np.kron(np.eye(3), internal * TURN.T)
