@@ -97,6 +97,12 @@ def precession_of(
         raise SceneError("precession_of: give at least one companion")
     if len({orbit.name for orbit in orbits}) < len(orbits):
         raise SceneError("precession_of: two companions have the same name")
+    for orbit in orbits:
+        if (nearest := orbit.semi_major_axis * (1.0 - orbit.eccentricity)) <= r:
+            raise SceneError(
+                f"precession_of: {orbit.name} would come to {nearest:.6g} m from the centre of the body, whose radius "
+                f"is {r:.6g} m"
+            )
     outer = [orbit for orbit in orbits if orbit.mass > m]
     moons = [orbit for orbit in orbits if orbit.mass <= m]
     if outer and moons and bulge < 0.0:
