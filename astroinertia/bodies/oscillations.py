@@ -79,8 +79,9 @@ def _inner(weights: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarr
     return left.T @ (weights[:, None] * right)
 
 
-def _displacement_basis(elements: Elements, slope_weight: float) -> Basis:
-    mass = elements.mass_weights
+def _displacement_basis(elements: Elements, slope_weight: float, power: int = 1) -> Basis:
+    """Polynomials that x^power times gives a radial displacement."""
+    mass = elements.mass_weights * elements.x ** (2 * power - 2)
     return elements.basis(elements.polynomials, elements.mass_power, mass, slope_weight * mass * elements.x**2)
 
 
@@ -114,29 +115,30 @@ def nonradial_spectrum(elements: Elements, gamma: float, degree: int, gravity: b
     x, weights, mass = elements.x, elements.weights, elements.mass_weights
     column, ell = x[:, None], degree * (degree + 1)
 
-    shape = _displacement_basis(elements, 1 / ell)
+    # xi_r goes as x^(l-1) and Phi' as x^l at the centre: x and x^2 times polynomials, or with l = 1 a power of x less
+    power = min(degree, 2)
+    lift = column ** (power - 2)
+    shape = _displacement_basis(elements, 1 / ell, power - 1)
     spread = elements.basis(p - 2, elements.mass_power, mass / ell)
-    y = np.hstack([shape.values, np.zeros_like(spread.values)])
+    y = np.hstack([lift * shape.values, np.zeros_like(spread.values)])
     divergence = np.hstack([np.zeros_like(shape.values), spread.values])
-    z = np.hstack([column * shape.slopes + 3 * shape.values, -spread.values]) / ell  # xi_h = x z
+    z = np.hstack([lift * (column * shape.slopes + (power + 1) * shape.values), -spread.values]) / ell  # xi_h = x z
 
     # orthonormal by QR: the inertia matrix itself has the square of the condition number
     root = np.sqrt(mass)[:, None]
     triangle = np.linalg.qr(np.concatenate([root * y, np.sqrt(ell) * root * z]), mode="r")
     y, z, divergence = (solve_triangular(triangle, part.T, trans=1).T for part in (y, z, divergence))
 
-    field = elements.basis(p, elements.power - 1, weights * x**4, weights * x**6)  # Phi' = x^2 times these
-    slope = column * field.slopes + 2 * field.values
-    poisson = _inner(weights * x**4, slope, slope) + ell * _inner(weights * x**4, field.values, field.values)
+    field = elements.basis(p, elements.power - 1, weights * x ** (2 * power), weights * x ** (2 * power + 2))
+    potential, slope = lift * field.values, lift * (column * field.slopes + power * field.values)  # Phi', dPhi'/dx x^2
+    poisson = _inner(weights * x**4, slope, slope) + ell * _inner(weights * x**4, potential, potential)
     poisson += (degree + 1) * np.outer(field.surface, field.surface)
-    source = _inner(mass, slope, y) + ell * _inner(mass, field.values, z)
+    source = _inner(mass, slope, y) + ell * _inner(mass, potential, z)
     response = -cho_solve(cho_factor(poisson), source) if gravity else np.zeros_like(source)
 
     stiffness = _local_energy(elements, gamma, ell, (y, z, divergence), squares=False) + source.T @ response
     _, vectors = eigh(stiffness)
-    y, z, divergence, potential, source = (
-        part @ vectors for part in (y, z, divergence, field.values @ response, source)
-    )
+    y, z, divergence, potential, source = (part @ vectors for part in (y, z, divergence, potential @ response, source))
     values, turn = _refined(elements, gamma, ell, (y, z, divergence), source, response @ vectors)
     y, z, divergence, potential = (part @ turn for part in (y, z, divergence, potential))
     return Spectrum(elements, values, column * y, column * z, divergence, column**2 * potential)
@@ -287,13 +289,14 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
 def nonradial_modes(
     index: float, gamma: float, degree: int = 2, pressure_modes: int = 4, gravity_modes: int = 4
 ) -> tuple[Mode, ...]:
-    """Return the modes g_k ... g1, f, p1 ... p_j of one degree l >= 2 of the polytrope of `index`, by rising omega^2.
+    """Return the modes g_k ... g1, f, p1 ... p_j of one degree l >= 1 of the polytrope of `index`, by rising omega^2.
 
     gamma: Gamma1, constant. omega^2 in G M/R^3, with the full perturbation of gravity. Where Gamma1 > 1 + 1/n the
     star is stably stratified; where Gamma1 < 1 + 1/n all g modes are unstable, omega^2 < 0, g1 the fastest; where it
-    equals 1 + 1/n there are none, and none are returned. Labels follow Cowling's approximation by continuity.
+    equals 1 + 1/n there are none, and none are returned. Labels follow Cowling's approximation by continuity. With
+    l = 1 there is no f mode: it would shift the whole star, which nothing resists.
     Measured: 2e-12 relative or better against Pekeris's exact values at n = 0, 5e-12 against shooting for n = 0.3 to
-    3.5, all digits (1e-10) of independent ones for n = 1 to 3. ValueError for an index outside 0 <= n < 5, l < 2 or a
+    3.5, all digits (1e-10) of independent ones for n = 1 to 3. ValueError for an index outside 0 <= n < 5, l < 1 or a
     negative number of modes; NumericalError for modes on which no two resolutions agree to 1e-9.
     Source: module text. Checked by tests/unit/bodies/test_oscillations.py, tests/physics/test_polytrope_modes.py.
 
@@ -301,8 +304,8 @@ def nonradial_modes(
     ['g1', 'f', 'p1']
     """
     n, gamma = _checked(index, gamma)
-    if degree < 2 or degree != int(degree):
-        raise ValueError(f"non-radial modes need a degree of 2 or more, not {degree!r}")
+    if degree < 1 or degree != int(degree):
+        raise ValueError(f"non-radial modes need a whole degree of 1 or more, not {degree!r}")
     if pressure_modes < 0 or gravity_modes < 0:
         raise ValueError(f"the numbers of modes cannot be negative: {pressure_modes!r}, {gravity_modes!r}")
     stratification = gamma * n / (n + 1) - 1
@@ -313,20 +316,24 @@ def nonradial_modes(
         if coarse is not None:
             place = _fundamental(gamma, degree, coarse.elements, fine.elements)
             common, difference = _shared(coarse.values, fine.values, _RESEMBLANCE)
-            if place is not None and place in common:
+            if place is not None and (degree == 1 or place in common):
                 above = common[common > place][:pressure_modes]
                 sign = np.sign(stratification)
-                below = common[(common < place) & (sign * fine.values[common] > 0)]
+                # of l = 1 gravity takes the f mode down to 0, below the g modes of a stable star: one of them is here
+                lower = common < place if degree > 1 or sign < 0 else common <= place
+                below = common[lower & (sign * fine.values[common] > 0)]
                 below = below[::-1][:buoyant] if sign > 0 else below[:buoyant]
-                wanted = [place, *above, *below]
+                middle = [place] if degree > 1 else []
+                wanted = [*middle, *above, *below]
                 converged = np.all(difference[wanted] <= _TOLERANCE * np.abs(fine.values[wanted]))
                 if converged and len(above) == pressure_modes and len(below) == buoyant:
-                    labels = {place: "f"}
+                    labels = dict.fromkeys(middle, "f")
                     labels |= {mode: f"p{k}" for k, mode in enumerate(above, 1)}
                     labels |= {mode: f"g{k}" for k, mode in enumerate(below, 1)}
                     return tuple(_mode(labels[k], degree, fine, k, difference[k]) for k in sorted(labels))
         coarse = fine
+    fundamental = "f, " if degree > 1 else ""
     raise NumericalError(
-        f"f, {pressure_modes} p and {buoyant} g modes of degree {degree} of the polytrope n = {n:g} do not converge "
-        f"to {_TOLERANCE:g}"
+        f"{fundamental}{pressure_modes} p and {buoyant} g modes of degree {degree} of the polytrope n = {n:g} do not "
+        f"converge to {_TOLERANCE:g}"
     )

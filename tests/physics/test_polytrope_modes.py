@@ -58,10 +58,11 @@ class Shooting:
         return -self.mismatch(omega2) * 2 * step / (above - below)
 
     def central_structure(self):
-        xi = INNER * self.xi_1
+        inner = INNER / 10 if self.degree == 1 else INNER  # where g modes with l = 1 are largest
+        xi = inner * self.xi_1
         theta = 1 - xi**2 / 6 + self.n * xi**4 / 120
         mass = xi**3 / 3 - self.n * xi**5 / 30
-        return INNER, [theta, mass / self.total]
+        return inner, [theta, mass / self.total]
 
     def outer_structure(self):
         theta = OUTER[self.n < 1]
@@ -143,8 +144,21 @@ def test_radial_modes_by_shooting(index, gamma):
         pytest.param(2.7, 5 / 3, 2, marks=pytest.mark.full),
         pytest.param(2.7, 1.3, 3, marks=pytest.mark.full),
         pytest.param(3.5, 1.4, 2, marks=pytest.mark.full),
+        (2.0, 5 / 3, 1),
+        pytest.param(0.7, 5 / 3, 1, marks=pytest.mark.full),
+        pytest.param(3.5, 5 / 3, 1, marks=pytest.mark.full),
     ],
-    ids=["stable-soft", "unstable", "neutral", "stable", "unstable-condensed", "condensed"],
+    ids=[
+        "stable-soft",
+        "unstable",
+        "neutral",
+        "stable",
+        "unstable-condensed",
+        "condensed",
+        "dipole",
+        "dipole-unstable",
+        "dipole-condensed",
+    ],
 )
 def test_nonradial_modes_by_shooting(index, gamma, degree):
     shooting = Nonradial(index, gamma, degree)

@@ -75,6 +75,32 @@ def test_homogeneous_sphere():
         np.testing.assert_allclose(kelvin.potential, field, rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("gamma", [1.4, 5 / 3, 3.0])
+def test_dipole_modes_of_the_homogeneous_sphere(gamma):
+    """Pekeris 1938 with l = 1, where there is no f mode."""
+    modes = by_label(nonradial_modes(0, gamma, 1))
+    assert list(modes) == ["g1", "g2", "g3", "g4", "p1", "p2", "p3", "p4"]
+    for order in range(1, 5):
+        half = -2 + gamma * order * (order + 1.5)
+        root = math.hypot(half, math.sqrt(2))
+        assert modes[f"p{order}"] == pytest.approx(half + root, rel=2e-12)
+        assert modes[f"g{order}"] == pytest.approx(half - root, rel=1e-11)
+
+
+def test_dipole_modes_leave_the_centre_of_mass_at_rest():
+    """The field outside has no dipole, and no mode shifts the star."""
+    modes = nonradial_modes(3.0, 5 / 3, 1, 2, 2)
+    assert [mode.label for mode in modes] == ["g2", "g1", "p1", "p2"]
+    for mode in modes:
+        assert abs(mode.mass_weights @ (mode.radial + 2 * mode.horizontal)) < 1e-9
+        assert abs(mode.potential[-1]) < 1e-7 * np.abs(mode.potential).max()
+
+
+@pytest.mark.parametrize("index", [0.3, 3.0])
+def test_dipole_modes_of_neutral_stars_are_sound_alone(index):
+    assert [mode.label for mode in nonradial_modes(index, 1 + 1 / index, 1, pressure_modes=2)] == ["p1", "p2"]
+
+
 @pytest.mark.slow
 def test_modes_are_orthogonal_and_normalised():
     modes = nonradial_modes(2.7, 5 / 3, 3)
@@ -141,7 +167,8 @@ def test_bad_arguments_are_refused():
         radial_modes(1.0, math.inf)
     with pytest.raises(ValueError, match="at least 1"):
         radial_modes(1.0, 2.0, 0)
-    with pytest.raises(ValueError, match="degree of 2"):
-        nonradial_modes(1.0, 2.0, 1)
+    for degree in (0, 1.5):
+        with pytest.raises(ValueError, match="whole degree of 1 or more"):
+            nonradial_modes(1.0, 2.0, degree)
     with pytest.raises(ValueError, match="cannot be negative"):
         nonradial_modes(1.0, 2.0, gravity_modes=-1)
