@@ -17,7 +17,7 @@ INJECTED = 32  # particles, about, that the energy is put into, smoothly
 def similarity(gamma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     """r/R from 0 to 1, density over that around, v t/r 5/2, c^2 (5 t/2 r)^2, and R/(E t^2/rho)^(1/5).
 
-    Not for gamma of 7 or more, whose explosions are empty inside.
+    For gamma up to 6.8, to 2e-9: of 7 or more explosions are empty inside.
     """
     above = np.linspace(0.0, 1.0, 20001)[1:] ** 8  # dense at the centre, where all changes slowly
     radius, density, v, sound, _ = _flow(gamma, above * _span(gamma))

@@ -10,6 +10,7 @@ from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown
 
 _MANY = 20_000  # particles, of which lattices have about as many as they are asked for
 UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
+_STIFFEST = 6.8  # gamma of a point explosion: from 7 on it is empty inside, and just below its flow is all at the shock
 
 
 class StandardBody(Unknown, Body):
@@ -46,6 +47,12 @@ class StandardBody(Unknown, Body):
             raise ValueError('[body] of the kind standard needs a scene in code units: units = "code".')
         if scene.equation_of_state is None or scene.equation_of_state.kind != "ideal":
             raise ValueError("[body] of the kind standard needs an equation_of_state of the kind ideal.")
+        gamma = scene.equation_of_state.gamma
+        if self.problem == "sedov" and gamma > _STIFFEST:
+            raise ValueError(
+                f"[equation_of_state] gamma of the problem sedov must be at most {_STIFFEST}, not {gamma:g}: from 7 on "
+                "the explosion is empty inside."
+            )
         without = self.problem in UNBOXED
         if without != (scene.box is None) or (scene.box is not None and not all(scene.box.repeats)):
             needs = "ends by itself and has no box" if without else "fills a box that is periodic along all axes"

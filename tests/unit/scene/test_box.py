@@ -111,6 +111,16 @@ def test_what_cannot_be_in_a_box_is_refused_in_a_sentence(change: str, message: 
     assert message in str(refused.value), refused.value
 
 
+def test_an_explosion_that_is_empty_inside_is_refused() -> None:
+    """Of gamma 7 and more there is no such flow, and just below it none that quadrature resolves."""
+    explosion = ("body.problem=sedov", "box.lengths=[1.0, 1.0, 1.0]")
+    for gamma in (7.0, 8.0):
+        with pytest.raises(SceneError, match=rf"sedov must be at most 6\.8, not {gamma:g}: from 7 on"):
+            load.loads(SCENE, (*explosion, f"equation_of_state.gamma={gamma}"))
+    load.loads(SCENE, (*explosion, "equation_of_state.gamma=6.8"))
+    load.loads(SCENE, ("equation_of_state.gamma=8.0",))
+
+
 def test_the_plan_tells_of_the_box() -> None:
     assert "lengths: 2 x 0.5 x 0.5 (repeats itself along x, y, z)" in plan(load.loads(SCENE)).text()
 
