@@ -426,6 +426,24 @@ def test_rooms_of_the_overview_exist():
     assert folders - {"pages"} <= set(rooms)
 
 
+def test_rooms_that_tables_name_exist_and_what_turns_is_found():
+    """A first column names the modules: with its room, which the others of the row share, or below a heading of it."""
+    named, files = set(), [path.read_text() for path in FILES]
+    for row in re.findall(r"^\| (`[a-z_.]+`(?:, `[a-z_.]+`)*) \|", "\n".join(files), re.MULTILINE):
+        first, *others = re.findall(r"`([a-z_.]+)`", row)
+        if re.fullmatch(r"(rotation|bodies|studies)\.[a-z_]+", first):
+            named |= {first, *(f"{first.split('.')[0]}.{other}" for other in others)}
+    for table in re.findall(r"^\| room of `bodies` .*?\n\n", "\n".join(files), re.MULTILINE | re.DOTALL):
+        for row in re.findall(r"^\| (`[^|]*`) \|", table, re.MULTILINE):
+            named |= {f"bodies.{name}" for name in re.findall(r"`([a-z_]+)`", row)}
+    assert len(named) > 40
+    for name in named:
+        assert importlib.util.find_spec(f"astroinertia.{name}") is not None, name
+    inner = {"elliptic", "ephemeris", "harmonic_fit", "on_orbits", "pulsar_table", "ripple", "secular_orbits", "spice"}
+    turning = {path.stem for path in (ROOT / "astroinertia" / "rotation").glob("[a-z]*.py")} - inner
+    assert {f"rotation.{name}" for name in turning} - named == set()
+
+
 def test_headings_of_pages_do_not_skip_a_level():
     for path in FILES:
         text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.MULTILINE | re.DOTALL)
