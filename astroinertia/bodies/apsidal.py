@@ -143,8 +143,8 @@ def love_number(index: float, degree: int = 2) -> float:
     1.500000 0.519818
     """
     lane_emden(float(index))  # says what is wrong with an index
-    if degree < 2 or degree != int(degree):
-        raise ValueError(f"Love numbers need a degree of 2 or more, not {degree!r}")
+    if not (degree >= 2 and degree % 1 == 0):
+        raise ValueError(f"Love numbers need a whole degree of 2 or more, not {degree!r}")
     degrees = DEGREES if degree in DEGREES else (int(degree),)
     return float(love_from_complement(_surface(float(index), degrees)[degrees.index(degree)], degree))
 

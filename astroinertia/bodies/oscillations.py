@@ -271,8 +271,9 @@ def radial_modes(index: float, gamma: float, count: int = 3) -> tuple[Mode, ...]
     1.8916
     """
     n, gamma = _checked(index, gamma)
-    if count < 1:
-        raise ValueError(f"the number of modes must be at least 1, not {count!r}")
+    if not (count >= 1 and count % 1 == 0):
+        raise ValueError(f"the number of modes must be a whole one and at least 1, not {count!r}")
+    count = int(count)
     coarse = None
     for polynomials in RESOLUTIONS:
         fine = radial_spectrum(polytrope_elements(n, polynomials), gamma)
@@ -304,10 +305,11 @@ def nonradial_modes(
     ['g1', 'f', 'p1']
     """
     n, gamma = _checked(index, gamma)
-    if degree < 1 or degree != int(degree):
+    if not (degree >= 1 and degree % 1 == 0):
         raise ValueError(f"non-radial modes need a whole degree of 1 or more, not {degree!r}")
-    if pressure_modes < 0 or gravity_modes < 0:
-        raise ValueError(f"the numbers of modes cannot be negative: {pressure_modes!r}, {gravity_modes!r}")
+    if not all(number >= 0 and number % 1 == 0 for number in (pressure_modes, gravity_modes)):
+        raise ValueError(f"numbers of modes are whole and not negative, not {pressure_modes!r} and {gravity_modes!r}")
+    degree, pressure_modes, gravity_modes = int(degree), int(pressure_modes), int(gravity_modes)
     stratification = gamma * n / (n + 1) - 1
     buoyant = gravity_modes if abs(stratification) > _NEUTRAL else 0
     coarse = None

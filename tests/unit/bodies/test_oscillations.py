@@ -165,10 +165,12 @@ def test_bad_arguments_are_refused():
         radial_modes(5.0, 5 / 3)
     with pytest.raises(ValueError, match="gamma must be positive"):
         radial_modes(1.0, math.inf)
-    with pytest.raises(ValueError, match="at least 1"):
-        radial_modes(1.0, 2.0, 0)
-    for degree in (0, 1.5):
+    for count in (0, 2.5, math.nan, math.inf):
+        with pytest.raises(ValueError, match="whole one and at least 1"):
+            radial_modes(1.0, 2.0, count)
+    for degree in (0, 1.5, math.nan):
         with pytest.raises(ValueError, match="whole degree of 1 or more"):
             nonradial_modes(1.0, 2.0, degree)
-    with pytest.raises(ValueError, match="cannot be negative"):
-        nonradial_modes(1.0, 2.0, gravity_modes=-1)
+    for numbers in ({"gravity_modes": -1}, {"pressure_modes": 1.5}):
+        with pytest.raises(ValueError, match="whole and not negative"):
+            nonradial_modes(1.0, 2.0, **numbers)
