@@ -147,6 +147,8 @@ def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
     if len(named) != 1:
         raise ValueError(f"give exactly one of {', '.join(options)}, not {len(named)}")
     ((name, value),) = named.items()
+    if np.ndim(value):
+        raise ValueError(f"{name} is that of one star, not of {np.size(value)}: `sequence` has many")
     if name == "central_enthalpy":
         return float(value)
     return equation.enthalpy_of(name.removeprefix("central_"), _geometric(name, value))

@@ -263,7 +263,8 @@ def _converged(quantity: str, target: float, start: Trial, degrees, tolerance: f
                 return replace(body, truncation_error=error)
         before, start = ratios, trial
     outcome = f"with {quantity} = {target:.9g} has converged to {error:.1e} only, not to {tolerance:.1e}"
-    raise NumericalError(f"the rotating polytrope {outcome}")
+    met = f": a tolerance of {10.0 ** math.ceil(math.log10(error)):.0e} is met" if error < 1 else ""
+    raise NumericalError(f"the rotating polytrope {outcome}{met}")
 
 
 @with_quantities()

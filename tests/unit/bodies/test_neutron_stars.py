@@ -109,3 +109,5 @@ def test_properties_of_a_star():
         star(GAMMA_TWO)
     with pytest.raises(ValueError, match="exactly one of"):
         star(GAMMA_TWO, central_pressure=1e-4, central_enthalpy=0.2)
+    with pytest.raises(ValueError, match="central_rest_density is that of one star, not of 2: `sequence` has many"):
+        star(GAMMA_TWO, central_rest_density=np.array([1e-3, 2e-3]))  # type: ignore[arg-type]

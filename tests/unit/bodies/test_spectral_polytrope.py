@@ -2,12 +2,15 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from astroinertia.bodies import spectral_polytrope
 from astroinertia.bodies.spectral_polytrope import rotating_polytrope
+from astroinertia.errors import NumericalError
 
 ENTRIES = json.loads((Path(__file__).parents[2] / "reference" / "rotating_polytropes.json").read_text())
 INDEPENDENT = [entry for entry in ENTRIES if entry["name"] == "n1_polytrope_rotating"]
@@ -122,6 +125,15 @@ def test_outside_there_is_nothing():
     np.testing.assert_allclose(
         body.surface_radius([0.0, -1.0]), [body.equatorial_radius, body.polar_radius], rtol=1e-13
     )
+
+
+def test_a_tolerance_that_is_met_is_named_where_another_is_not(monkeypatch):
+    monkeypatch.setattr(spectral_polytrope, "_DEGREES", (12, 18))
+    with pytest.raises(NumericalError, match=r"not to 1\.0e-12: a tolerance of (\de-\d\d) is met") as refused:
+        rotating_polytrope(0.31, tolerance=1e-12)
+    met = re.search(r"tolerance of (\S+) is", str(refused.value))
+    assert met is not None
+    assert rotating_polytrope(0.31, tolerance=float(met[1])).truncation_error <= float(met[1])
 
 
 def test_bad_arguments_are_refused():
