@@ -28,6 +28,7 @@ from astroinertia.process.quantities import with_quantities
 
 _DEGREES = 16  # largest degree of the expansion
 _RADII = 192
+_LEAST_RADII = 16
 _HEIGHTS = 24  # cos theta between 0 and 1, by Gauss and Legendre
 _ANGLES = 24  # phi between 0 and pi/2, by Gauss and Legendre
 _TOLERANCE = 1e-9
@@ -119,15 +120,26 @@ def _at(mesh: _Mesh, parts: np.ndarray, radius: float, theta: float) -> float:
 
 @with_quantities()
 def roche_polytrope(index: float, c_over_a: float, radii: int = _RADII, degrees: int = _DEGREES) -> RochePolytrope:
-    """The figure of that index, 0 < n < 3, with the polar over the longest semi-axis c/a < 1.
+    """The figure of that index, 0 < n < 3, with the polar over the longest semi-axis 0 < c/a < 1.
 
-    NumericalError where the iteration does not settle. Tests: virial theorem, Love numbers, the homogeneous limit.
+    radii: shells of the mesh; degrees: the highest degree of the expansion, even. ValueError for other numbers than
+    these, NumericalError where the iteration does not settle. Tests: virial theorem, Love numbers, the homogeneous
+    limit.
 
     >>> figure = roche_polytrope(1.0, 0.9)
     >>> print(f"{figure.scaled_distance:.2f} (M'/M)^(1/3) R away, virial error {figure.virial:.0e}")
     3.17 (M'/M)^(1/3) R away, virial error 2e-05
     """
-    mesh, n, c = _mesh(radii, degrees), float(index), float(c_over_a)
+    if not 0 < index < 3:
+        raise ValueError(f"a polytrope whose radius follows from its mass needs an index 0 < n < 3 here, not {index!r}")
+    if not 0 < c_over_a < 1:
+        raise ValueError(f"the polar over the longest semi-axis of a Roche figure is 0 < c/a < 1, not {c_over_a!r}")
+    if not (radii >= _LEAST_RADII and radii % 1 == 0 and degrees >= 2 and degrees % 2 == 0):
+        raise ValueError(
+            f"a Roche figure needs {_LEAST_RADII} radii or more and an even degree of 2 or more, not {radii!r} and "
+            f"{degrees!r}"
+        )
+    mesh, n, c = _mesh(int(radii), int(degrees)), float(index), float(c_over_a)
     a = 0.95  # of the mesh: where the axis ends
     r = mesh.radius[:, None]
     density = (np.sqrt((r * mesh.x) ** 2 + ((r * mesh.y) ** 2 + (r * mesh.z) ** 2) / c**2) < a).astype(float)

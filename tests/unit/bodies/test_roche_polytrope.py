@@ -47,3 +47,21 @@ def test_the_limit_is_the_largest_tide_and_has_converged() -> None:
 def test_an_index_without_such_a_limit_is_refused() -> None:
     with pytest.raises(ValueError, match=r"from 0.2 to 1.5"):
         roche_limit(2.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0, 0.6), "0 < n < 3"),
+        ((3.0, 0.6), "0 < n < 3"),
+        ((np.nan, 0.6), "0 < n < 3"),
+        ((1.0, 1.0), "0 < c/a < 1"),
+        ((1.0, 1.2), "0 < c/a < 1"),  # its companion was at a complex distance
+        ((1.0, -0.5), "0 < c/a < 1"),
+        ((1.0, 0.8, 0), "16 radii or more"),
+        ((1.0, 0.8, 64, 7), "even degree of 2 or more, not 64 and 7"),
+    ],
+)
+def test_what_is_no_figure_is_refused(arguments: tuple[float, ...], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        roche_polytrope(*arguments)  # type: ignore[arg-type]
