@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from astroinertia.matter.compact_stars import SOLAR_LENGTH
-from astroinertia.process.positive import require_positive
+from astroinertia.process.positive import refuse_negative, require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -131,11 +131,13 @@ def quadrupole_bar_of_love(tidal_deformability, check_range: bool = True) -> np.
 def kepler_period(mass, radius, gravitational_constant: float = GRAVITATIONAL_CONSTANT) -> np.ndarray:
     """2 pi sqrt(R^3/(G M)): the period of a circular orbit at the equator of a sphere (SI, or with the G given).
 
-    No body rotates as fast as this: its equator has swollen before (`roche_shedding_period`).
+    No body rotates as fast as this: its equator has swollen before (`roche_shedding_period`). ValueError for what is
+    negative.
 
     >>> print(f"{1e3 * kepler_period(2.8e30, 1.2e4):.3f} ms")
     0.604 ms
     """
+    refuse_negative(mass=mass, radius=radius, gravitational_constant=gravitational_constant)
     return 2 * math.pi * np.sqrt(np.asarray(radius, dtype=float) ** 3 / (gravitational_constant * np.asarray(mass)))
 
 
@@ -155,12 +157,13 @@ def roche_shedding_period(mass, radius, gravitational_constant: float = GRAVITAT
 def shedding_frequency(mass, radius_km, source: str = "haensel_2009") -> np.ndarray:
     """Fastest rigid rotation in Hz of a relativistic star, from M (solar masses) and R of its non-rotating fellow.
 
-    source: a name of KEPLER_FACTORS; ValueError for another.
+    source: a name of KEPLER_FACTORS; ValueError for another, and for what is negative.
 
     >>> print(f"{shedding_frequency(1.4, 12.0):.0f} Hz")
     972 Hz
     """
     if source not in KEPLER_FACTORS:
         raise ValueError(f"there is no limit {source!r}; there are {', '.join(KEPLER_FACTORS)}")
+    refuse_negative(mass=mass, radius_km=radius_km)
     radius = np.asarray(radius_km, dtype=float)
     return 1e3 * KEPLER_FACTORS[source] * np.sqrt(np.asarray(mass, dtype=float)) * (10 / radius) ** 1.5

@@ -17,6 +17,14 @@ def require_positive(**named: Any) -> None:
             raise ValueError(f"{name} must be positive and finite, not {wrong.flat[0]:g}")
 
 
+def refuse_negative(**named: Any) -> None:
+    """ValueError names the first argument, a number or an array, of which a part is negative; NaN passes."""
+    for name, value in named.items():
+        numbers = np.asarray(value, dtype=float)
+        if (wrong := numbers[numbers < 0]).size:
+            raise ValueError(f"{name} must not be negative, not {wrong.flat[0]:g}")
+
+
 def positive_period(period: Any, name: str = "period") -> np.ndarray:
     """The period or periods as floats; ValueError names the argument where one of them is not above zero."""
     periods = np.asarray(period, dtype=float)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.neutron_star_fits import kepler_period, roche_shedding_period
-from astroinertia.process.positive import require_positive
+from astroinertia.process.positive import refuse_negative, require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -125,11 +125,13 @@ def centrifugal_radius(
     """j^2/(G M): the orbit, around the mass M, that matter of specific angular momentum j comes to rest in.
 
     With j = L/(k M) of a whole body it is the radius at which that body turns as fast as an orbit at its equator.
-    Source: the balance of centrifugal force and gravity, Omega^2 R^3 = G M with Omega R^2 = j.
+    ValueError for a negative mass. Source: the balance of centrifugal force and gravity, Omega^2 R^3 = G M with
+    Omega R^2 = j.
 
     >>> print(f"{centrifugal_radius(4e15, 1.989e30) / 1.495979e11:.2f} au")  # j^2 / (G M)
     0.81 au
     """
+    refuse_negative(mass=mass, gravitational_constant=gravitational_constant)
     return np.asarray(specific_angular_momentum, dtype=float) ** 2 / (gravitational_constant * np.asarray(mass))
 
 
@@ -137,7 +139,10 @@ def centrifugal_radius(
 def radius_of_period(moment_ratio: Array, mass: Array, angular_momentum: Array, period: Array) -> Array:
     """The radius at which a body of that angular momentum has a period: where its P(R) curve crosses a line.
 
+    ValueError for a negative moment ratio or mass.
+
     >>> print(f"{radius_of_period(0.4, 1.0, 0.4 * 2 * np.pi, 1.0):.4f}")  # L = 2 pi k M R^2 / P
     1.0000
     """
+    refuse_negative(moment_ratio=moment_ratio, mass=mass)
     return np.sqrt(np.abs(np.asarray(angular_momentum) * period) / (2 * math.pi * np.asarray(moment_ratio) * mass))

@@ -77,3 +77,11 @@ def test_relativistic_limits():
     assert math.isclose(float(fits.kepler_period(1.0, 1.0, 1.0)), 2 * math.pi)
     with pytest.raises(ValueError, match="there is no limit 'kepler'"):
         fits.shedding_frequency(1.4, 12.0, "kepler")
+
+
+def test_limits_of_what_is_negative_are_refused():
+    for limit in (fits.kepler_period, fits.roche_shedding_period, fits.shedding_frequency):
+        with pytest.raises(ValueError, match="mass must not be negative, not -1"):
+            limit(np.array([1.0, -1.0]), 12.0)
+        with pytest.raises(ValueError, match=r"radius(_km)? must not be negative, not -12"):
+            limit(1.0, -12.0)

@@ -80,3 +80,10 @@ def test_what_is_no_body_is_refused(place, value):
     arguments[place] = value
     with pytest.raises(ValueError, match=r"must be positive|a period is not 0"):
         spin_up(*arguments)
+
+
+def test_radii_of_a_negative_mass_are_refused():
+    with pytest.raises(ValueError, match="mass must not be negative, not -2e"):
+        spin_scaling.centrifugal_radius(4e15, -2e30)
+    with pytest.raises(ValueError, match="mass must not be negative, not -1"):
+        spin_scaling.radius_of_period(0.4, -1.0, 1.0, 1.0)
