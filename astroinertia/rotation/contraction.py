@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.process.positive import require_positive
+from astroinertia.process.positive import refuse_negative, require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT, STEFAN_BOLTZMANN_CONSTANT
 
@@ -41,11 +41,12 @@ def kelvin_helmholtz_time(
     gamma: Array = 5 / 3,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,
 ) -> Array:
-    """Energy over luminosity, w G M^2/(R L).
+    """Energy over luminosity, w G M^2/(R L). ValueError for what is negative.
 
     >>> print(f"{kelvin_helmholtz_time(1.989e30, 6.957e8, 3.828e26) / 3.15576e13:.0f} Myr")  # of the Sun
     13 Myr
     """
+    refuse_negative(mass=mass, radius=radius, luminosity=luminosity, gravitational_constant=gravitational_constant)
     energy = binding_factor(index, gamma) * gravitational_constant * np.asarray(mass, dtype=float) ** 2
     return energy / (np.asarray(radius, dtype=float) * luminosity)
 
@@ -60,7 +61,7 @@ def radius_at_luminosity(
     gamma: Array = 5 / 3,
     gravitational_constant: float = GRAVITATIONAL_CONSTANT,
 ) -> Array:
-    """R(t) at one luminosity: 1/R grows steadily, R = R_0/(1 + t/t_KH).
+    """R(t) at one luminosity: 1/R grows steadily, R = R_0/(1 + t/t_KH). ValueError for what is negative but the time.
 
     >>> print(f"{radius_at_luminosity(0.0, 1.989e30, 6.957e8, 3.828e26) / 6.957e8:.1f}")  # now, as given
     1.0
@@ -75,11 +76,13 @@ def radius_at_temperature(
 ) -> Array:
     """R(t) in m at one effective temperature in K, as on a Hayashi track: R = R_0/(1 + 3 t/t_KH)^(1/3).
 
+    ValueError for what is negative but the time.
     Source: Hayashi, Hoshi & Sugimoto 1962, Prog. Theor. Phys. Suppl. 22, 1.
 
     >>> print(f"{radius_at_temperature(0.0, 1.989e30, 6.957e8, 5772.0) / 6.957e8:.1f}")  # now, as given
     1.0
     """
+    refuse_negative(effective_temperature=effective_temperature)
     radius = np.asarray(radius, dtype=float)
     luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * np.asarray(effective_temperature) ** 4
     scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma)

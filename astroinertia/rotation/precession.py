@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.bodies.planets import body
+from astroinertia.process.positive import refuse_negative
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import SPEED_OF_LIGHT
 
@@ -151,6 +152,7 @@ def geodesic_precession(
     >>> print(f"{np.degrees(rate) * 3600e3 * 3.15576e7:.1f}")  # mas a year, of the Earth
     19.2
     """
+    refuse_negative(gravitational_parameter=gravitational_parameter)
     a = np.asarray(semi_major_axis, dtype=float)
     mean_motion = np.sqrt(np.asarray(gravitational_parameter) / a**3)
     require_ellipse(a, eccentricity)
@@ -324,12 +326,14 @@ def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, sp
 
 
 def _mean_tide(gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array) -> Array:
+    refuse_negative(gravitational_parameter=gravitational_parameter)
     a = np.asarray(semi_major_axis, dtype=float)
     require_ellipse(a, eccentricity)
     return np.asarray(gravitational_parameter) / (a**3 * (1 - np.asarray(eccentricity) ** 2) ** 1.5)
 
 
 def _oblateness(j2: Array, radius: Array, parameter: Array, semi_major_axis: Array, eccentricity: Array) -> Array:
+    refuse_negative(gravitational_parameter=parameter, radius=radius)
     a = np.asarray(semi_major_axis, dtype=float)
     require_ellipse(a, eccentricity)
     mean_motion = np.sqrt(np.asarray(parameter) / a**3)

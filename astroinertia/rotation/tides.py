@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from astroinertia.orbits.kepler import eccentric_anomaly
+from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -43,7 +44,8 @@ def tides(
 ) -> Tides:  # fmt: skip
     """Torque and heating by a companion of `mass`, of a function love_number(frequency) that has the complex k2.
 
-    It is called once, with all frequencies above 0 (N,), rad/s. ValueError for an eccentricity outside 0 <= e < 1.
+    It is called once, with all frequencies above 0 (N,), rad/s. ValueError for an eccentricity outside 0 <= e < 1,
+    and for a mass, radius or axis that is not positive.
     Sources: those of the module. Checked by tests/unit/rotation/test_tides.py.
 
     >>> def k2(frequency):  # of a constant quality factor
@@ -52,6 +54,7 @@ def tides(
     >>> print(f"{io.heating:.2e} W")
     1.24e+12 W
     """
+    require_positive(mass=mass, radius=radius, semi_major_axis=semi_major_axis)
     harmonics, strength = _eccentricity_functions(eccentricity)  # (3, harmonics)
     inclination = inclination_functions(obliquity)
     order = np.arange(3)[:, None, None]

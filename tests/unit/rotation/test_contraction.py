@@ -55,3 +55,16 @@ def test_sizes_that_no_body_has_are_refused():
     for law, last in ((contraction.radius_at_luminosity, 3.828e26), (contraction.radius_at_temperature, 5772.0)):
         with pytest.raises(ValueError, match="infinite size"):
             law(-1.1 * scale, SOLAR_MASS, SOLAR_RADIUS, last)
+
+
+def test_what_is_negative_is_refused():
+    """Of a negative mass the time was positive, and of a negative radius the body swelled with time."""
+    sun = {"mass": 1.989e30, "radius": 6.957e8}
+    for name in ("mass", "radius", "luminosity"):
+        wrong = {**sun, "luminosity": 3.8e26, name: -1.0}
+        with pytest.raises(ValueError, match=f"{name} must not be negative, not -1"):
+            contraction.kelvin_helmholtz_time(**wrong)
+        with pytest.raises(ValueError, match=f"{name} must not be negative, not -1"):
+            contraction.radius_at_luminosity(1e14, **wrong)
+    with pytest.raises(ValueError, match="effective_temperature must not be negative"):
+        contraction.radius_at_temperature(1e14, **sun, effective_temperature=-5772.0)

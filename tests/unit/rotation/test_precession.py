@@ -203,3 +203,16 @@ def test_without_a_spin_no_axis_precesses() -> None:
         precession.node_nutation(1 / 305.5, 7.292115e-5, 0.4, *orbit, 0.0, 0.1, 0.0)
     with pytest.raises(ValueError, match="spin_rate must not be 0"):
         precession.moons_of_the_equator(1.267e17, 7.15e7, 0.0, np.array([9.89e12]), np.array([1.0704e9]))
+
+
+def test_what_attracts_nothing_is_refused():
+    """A negative GM turned the axis forwards."""
+    orbit = {"gravitational_parameter": -1.3e20, "semi_major_axis": 1.5e11}
+    with pytest.raises(ValueError, match="gravitational_parameter must not be negative"):
+        precession.precession_constant(1 / 305.5, 7.292115e-5, **orbit)
+    with pytest.raises(ValueError, match="gravitational_parameter must not be negative"):
+        precession.geodesic_precession(**orbit)
+    with pytest.raises(ValueError, match="gravitational_parameter must not be negative"):
+        precession.nodal_precession(1e-3, 6.4e6, **orbit)
+    with pytest.raises(ValueError, match="radius must not be negative"):
+        precession.apsidal_precession(1e-3, -6.4e6, 4e14, 7e6)

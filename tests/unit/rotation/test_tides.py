@@ -65,3 +65,10 @@ def test_inclination_functions_keep_the_size_of_the_potential():
     for angle in (0.0, 0.4, 2.0):
         squares = np.array([1, 2 / 6, 2 / 24]) @ inclination_functions(angle) ** 2
         assert squares == pytest.approx([0.75, 0.25, 0.75], abs=1e-15) or squares.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("name", ["mass", "radius", "semi_major_axis"])
+def test_what_raises_no_tide_is_refused(name):
+    io = {"mass": 1.898e27, "radius": 1.8216e6, "semi_major_axis": 4.218e8}
+    with pytest.raises(ValueError, match=f"{name} must be positive"):
+        tides(lambda rates: 0.02 - 0.0002j + 0 * rates, **{**io, name: -1.0}, mean_motion=4.11e-5, spin_rate=4.11e-5)
