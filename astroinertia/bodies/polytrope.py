@@ -92,8 +92,8 @@ def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
 def lane_emden(index: float) -> LaneEmden:
     """Return the Lane-Emden solution of `index`, accurate to about 1e-14; ValueError outside 0 <= n < 5.
 
-    Towards n = 5, where the radius is infinite, the relative error is about 1e-14/(5 - n), some twenty times what the
-    rounding of n itself makes.
+    Towards n = 5, where the radius is infinite, the relative error of xi_1 is about 1e-14/(5 - n), some twenty times
+    what the rounding of n itself makes; of the moment ratio it is twice that, and of central_to_mean three times.
 
     From a series at the centre the integration goes outwards in xi, then inwards in t with theta = t^4: the surface is
     the end point t = 0, no root needs to be found, and theta^n is smooth enough there for fractional n as well.

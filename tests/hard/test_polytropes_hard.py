@@ -30,6 +30,14 @@ def test_indices_near_five(entry):
     assert QUANTITIES[entry["name"]](entry["inputs"]["n"]) == pytest.approx(float(entry["value"]), rel=2e-11)
 
 
+@pytest.mark.parametrize("index", [4.9, 4.99, 4.999])
+def test_errors_near_five_are_those_that_are_stated(index):
+    """1e-14/(5 - n) of xi_1 and twice that of the moment ratio, within a factor of 2."""
+    exact = {entry["name"]: float(entry["value"]) for entry in STEEP if entry["inputs"]["n"] == index}
+    for name, size in (("polytrope.xi1", 1.0), ("polytrope.I_over_MR2", 2.0)):
+        assert QUANTITIES[name](index) == pytest.approx(exact[name], rel=2 * size * 1e-14 / (5 - index))
+
+
 def test_the_limit_of_index_five():
     """xi_1 -> 32 sqrt(3)/(pi (5 - n)) and the mass -> sqrt(3); W = -3/(5 - n) by both integrals; n = 5 is refused."""
     departure = []
