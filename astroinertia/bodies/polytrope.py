@@ -41,13 +41,13 @@ class LaneEmden:
     mass: np.ndarray  # -xi^2 theta'
 
     def theta_at(self, xi) -> np.ndarray:
-        """Return theta at any xi (to 1e-11), zero beyond xi_1."""
+        """Return theta at any xi (to 1e-11, from n = 3 on to 6e-11), zero beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
         inside = np.clip(hermite(self.xi, self.theta, self._slope, xi), 0.0, 1.0)
         return np.where(xi < self.xi_1, inside, np.where(np.isnan(xi), xi, 0.0))
 
     def mass_at(self, xi) -> np.ndarray:
-        """Return the mass -xi^2 theta' at any xi (to 1e-10), constant beyond xi_1."""
+        """Return the mass -xi^2 theta' at any xi (to 2e-10), constant beyond xi_1."""
         xi = np.asarray(xi, dtype=float)
         slope = self.xi**2 * np.maximum(self.theta, 0) ** self.index
         mass = np.clip(hermite(self.xi, self.mass, slope, xi), 0.0, self.surface_mass)
