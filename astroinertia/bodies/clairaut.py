@@ -124,18 +124,29 @@ class HydrostaticFigure:
 
 
 @with_quantities()
-@double_precision()
 def hydrostatic_figure(body: LayeredBody, angular_velocity: Array) -> HydrostaticFigure:
     """Flattening, J2 and moments of a layered body that rotates rigidly at `angular_velocity` (a scalar), first order.
 
     With no rotation it is exactly the sphere. The neglected terms are of relative order small_m. f = m (1 + k_2)/2,
-    J2 = m k_2/3 and C - A = J2 M R^2: Jeffreys 1976, ch. IV. Checked by tests/unit/bodies/test_clairaut.py.
+    J2 = m k_2/3 and C - A = J2 M R^2: Jeffreys 1976, ch. IV. ValueError from small_m = 1 on, where the body would turn
+    as fast as an orbit at its surface (not within a JAX transformation). Checked by tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> one = constant_layers([1.0], [3 / (4 * np.pi)])  # M = R = G = 1
     >>> print(f"{float(hydrostatic_figure(one, 0.1).flattening):.6f}")  # (5/4) Omega^2
     0.012500
     """
+    figure = _first_order(body, angular_velocity)
+    if is_known(figure.small_m) and np.any(np.asarray(figure.small_m) >= 1):
+        raise ValueError(
+            "a body with Omega^2 R^3/(G M) of 1 or more would turn as fast as an orbit at its surface, or faster: not "
+            f"{float(figure.small_m):.3g}"
+        )
+    return figure
+
+
+@double_precision()
+def _first_order(body: LayeredBody, angular_velocity: Array) -> HydrostaticFigure:
     radius, mass, mean_moment = body.mean_radius, body.mass, body.mean_moment
     small_m = angular_velocity**2 * radius**3 / (body.gravitational_constant * mass)
     from_outside, from_inside, inside = _disturbance(body, 2, DEFAULT_STEPS)

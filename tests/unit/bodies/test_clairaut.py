@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -156,3 +157,16 @@ def test_radau_darwin_inverts_and_is_exact_where_it_should_be():
 def test_degrees_without_meaning_are_refused():
     with pytest.raises(ValueError, match="degree of 2 or more"):
         love_number(constant_layers([1.0], [1.0]), 1)
+
+
+def test_a_body_faster_than_an_orbit_at_its_surface_is_refused():
+    """It had a flattening of 62; within a transformation nothing can be refused."""
+    one = constant_layers([1.0], [3 / (4 * np.pi)])  # M = R = G = 1
+    assert float(hydrostatic_figure(one, 0.999).flattening) == pytest.approx(1.25 * 0.999**2)
+    for rate in (1.001, -8.0):
+        with pytest.raises(ValueError, match=r"as fast as an orbit at its surface, or faster: not (1|64)"):
+            hydrostatic_figure(one, rate)
+    with jax.enable_x64(True):
+        rates = jax.numpy.array([0.1, 2.0])
+        flat = jax.vmap(lambda rate: hydrostatic_figure(one, rate).flattening)(rates)
+    np.testing.assert_allclose(flat, 1.25 * np.array([0.01, 4.0]), rtol=1e-12)
