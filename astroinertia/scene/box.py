@@ -1,7 +1,7 @@
 """The periodic box that a scene may ask for, and what can be in one."""
 
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -15,7 +15,7 @@ class Box(Part):
     """A box that repeats itself for ever: what leaves through one face acts from beyond the opposite one."""
 
     lengths: Lengths = Field(description="lengths of the box along x, y and z")
-    periodic: Annotated[str, Field(pattern=r"^x?y?z?$", min_length=1)] = Field(
+    periodic: Literal["xyz", "xy", "xz", "yz", "x", "y", "z"] = Field(
         default="xyz", description="axes along which it repeats itself; along the others there is no end"
     )
 

@@ -102,7 +102,8 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
         case "string_type":
             return Problem(loc, f": must be text in quotes, not {described(value)}.")
         case "string_pattern_mismatch":
-            return Problem(loc, f": must be letters, digits, _ and -, 64 at most, not {described(value)}.")
+            loc = loc[:-1] if loc[-1] == "[key]" else loc  # of a table, whose name it is
+            return Problem(loc, f": must be {_in_words(context['pattern'])}, not {described(value)}.")
         case "string_too_long" | "string_too_short":
             limit = context.get("max_length", context.get("min_length"))
             return Problem(loc, f": must have at {'most' if 'max_length' in context else 'least'} {limit} characters.")
@@ -123,6 +124,14 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
         case "too_short" | "too_long":
             return Problem(loc, f": must be a list with {_count(context)}, not with {context['actual_length']}.")
     return Problem(loc, f": {_plain(item['msg'])}.")
+
+
+def _in_words(pattern: str) -> str:
+    # The patterns of names: what they begin with, then what they may have, so many times.
+    first = "a letter" if pattern.startswith("^[A-Za-z][") else "a letter or a digit"
+    allowed = "letters, digits, _ and -" if r"\-" in pattern else "letters, digits and _"
+    most = int(pattern.rpartition(",")[2].removesuffix("}$")) + 1
+    return f"{allowed}, {most} at most, {first} first"
 
 
 def _count(context: dict[str, Any]) -> str:

@@ -141,3 +141,9 @@ def test_a_scene_without_a_box_has_no_trace_of_one() -> None:
     for name in ("astroinertia.engines.periodic", "astroinertia.test_problems.matter"):
         assert name in sys.modules and f"'{name}'" not in done.stdout
     assert "'astroinertia.test_problems.noh'" not in done.stdout
+
+
+@pytest.mark.parametrize("axes", ["yx", "xyzz", "", "w"])
+def test_axes_that_are_none_are_refused_by_those_that_there_are(axes: str) -> None:
+    with pytest.raises(SceneError, match=r"periodic: .*(did you mean '[xyz]+'|one of xyz, xy, xz, yz, x, y, z)"):
+        load.loads(SCENE, [f'box.periodic="{axes}"'])

@@ -126,6 +126,18 @@ def test_misspelt_words_name_the_nearest(override, hint):
     assert hint in refusal(override)
 
 
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("regions.a-b.bound=true", '[regions] "a-b": must be letters, digits and _, 32 at most, a letter first'),
+        ('name="-star"', "name: must be letters, digits, _ and -, 64 at most, a letter or a digit first"),
+        ('companions=[{name="1st",mass="1 kg",period="1 d"}]', "digits, _ and -, 64 at most, a letter first"),
+    ],
+)
+def test_a_name_is_refused_by_what_names_are_of_there(override, says):
+    assert says in refusal(override)
+
+
 def test_a_refusal_names_file_line_and_section(tmp_path):
     file = tmp_path / "star.toml"
     file.write_text(SCENE.replace('"1500 km"', '"1500 kg"'))
