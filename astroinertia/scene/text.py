@@ -8,6 +8,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.source import line_of, override, override_value, parse
 
 LONG = 400  # characters of a value on one line; a line of a scene may have 1 KiB, and one character up to 10 bytes
+IN_ORDER = ("effects", "candidates", "regions", "observables")  # tables whose entries are rows of records
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _HEADER = re.compile(r"\s*\[\[?\s*([A-Za-z0-9_-]+)[^\[\]=]*\]\]?\s*(#.*)?")
@@ -85,14 +86,18 @@ def _broken(value: Any) -> str:
 
 
 def with_overrides(text: str, overrides: Sequence[str]) -> str:
-    """The text that says on its own what `text` says with its overrides; comments are kept where they can be."""
+    """The text that says on its own what `text` says with its overrides; comments are kept where they can be.
+
+    Tables whose entries are rows of records keep the order that overrides give them: a run goes on with this text.
+    """
     for item in overrides:
         wanted = override(parse(text, "the scene"), [item])
         key, _, said = item.partition("=")
         path = tuple(key.strip().split("."))
         edited = _edited(text, path, f"{toml_value(override_value(said.strip(), item))}  # --set")
         try:
-            kept = parse(edited, "the scene") == wanted
+            found = parse(edited, "the scene")
+            kept = found == wanted and all(repr(found.get(name)) == repr(wanted.get(name)) for name in IN_ORDER)
         except SceneError:
             kept = False
         # an override inside an inline table or over several lines cannot be placed by lines; then comments are lost
@@ -110,10 +115,18 @@ def _edited(text: str, path: tuple[str, ...], value: str) -> str:
     elif not tables:
         lines.insert(0, f"{key} = {value}")
     elif at and re.fullmatch(rf"\s*\[\s*{re.escape('.'.join(tables))}\s*\].*", lines[at - 1]):
-        lines.insert(at, f"{key} = {value}")
+        lines.insert(_end_of_table(lines, at) if path[0] in IN_ORDER else at, f"{key} = {value}")
     else:
         lines += [f"[{'.'.join(tables)}]", f"{key} = {value}", ""]
     return "\n".join(lines)
+
+
+def _end_of_table(lines: list[str], begun: int) -> int:
+    # Behind the last line of what the header above line `begun` (from 0) begins.
+    end = next((at for at in range(begun, len(lines)) if _HEADER.fullmatch(lines[at])), len(lines))
+    while end > begun and not lines[end - 1].strip():
+        end -= 1
+    return end
 
 
 def without_table(text: str, table: str) -> str:

@@ -80,6 +80,11 @@ def cubic(state: Any) -> Any:
     return -K * np.sum(state.velocities**2, axis=1)[:, None] * state.velocities
 
 
+def upwards(state: Any) -> Any:
+    """The same pull on all particles."""
+    return np.full(state.positions.shape, 0.1) * (0.0, 0.0, 1.0)
+
+
 def run(scene: Any, folder: Path, *effects: Any) -> Any:
     return astroinertia.open(astroinertia.run_scene(scene, folder, effects=effects))
 
@@ -172,14 +177,15 @@ def test_a_torque_by_a_function_is_that_of_an_effect(tmp_path, integrator) -> No
 
 
 def test_it_goes_on_bit_for_bit_and_only_where_it_is_given_again(tmp_path, monkeypatch) -> None:
-    whole = run(loads(SCENE), tmp_path / "whole", cubic)
+    """Of two functions each keeps its own row of the ledger."""
+    whole = run(loads(SCENE), tmp_path / "whole", upwards, cubic)
     with monkeypatch.context() as patch:
         stopped_at(patch, 16)
         with pytest.raises(RunInterrupted):
-            astroinertia.run_scene(loads(SCENE), tmp_path / "parts", effects=[cubic])
+            astroinertia.run_scene(loads(SCENE), tmp_path / "parts", effects=[upwards, cubic])
     with pytest.raises(ArchiveError, match=r"with the effect 'cubic' \(the function cubic of .*, given from Python\)"):
-        astroinertia.resume(tmp_path / "parts")
-    parts = astroinertia.resume(tmp_path / "parts", effects=[cubic])
+        astroinertia.resume(tmp_path / "parts", effects=[upwards])
+    parts = astroinertia.resume(tmp_path / "parts", effects=[upwards, cubic])
     assert astroinertia.open(parts).drop_vars("wall_time").equals(whole.drop_vars("wall_time"))
 
 

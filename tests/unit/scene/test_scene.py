@@ -194,6 +194,15 @@ def test_comments_survive_an_override():
     assert 'mass = "2 Msun"' in text
 
 
+@pytest.mark.parametrize("header", ["", "[regions] # two of them\nb = { bound = true }\n[regions.a]\nbound = true\n"])
+def test_entries_that_overrides_add_keep_their_order(header):
+    """A run goes on with the text alone, and its records have a row for each entry in that order."""
+    text = SCENE + header
+    overrides = ["regions.d={bound=true}", "regions.c={bound=true}", "regions.e.bound=true"]
+    scene, again = loads(text, overrides), loads(with_overrides(text, overrides))
+    assert list(again.regions) == list(scene.regions) == [*("ba" if header else ""), "d", "c", "e"]
+
+
 def test_toml_text_is_read_back():
     tables = {"a": 1, "b": {"c d": [1.5, 'x\n"y"\\'], "e": {}, "f": {"g": True, "h": [[1, 2], [3, 4]]}}, "i": 1e300}
     import tomllib
