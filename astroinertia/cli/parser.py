@@ -84,7 +84,7 @@ class _Parser(argparse.ArgumentParser):
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        raise SceneError(f"{message}; `{self.prog} --help` tells more.")
+        raise SceneError(f"{message}; `{self.prog} --help` says more.")
 
 
 def parser_of(commands: Mapping[str, Command], version: type[argparse.Action]) -> argparse.ArgumentParser:

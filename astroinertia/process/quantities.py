@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
+from itertools import combinations
 from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -54,11 +55,12 @@ EXPONENTS = {
 # How NumPy and JAX say that shapes do not go together.
 _OF_SHAPES = re.compile(
     r"broadcast|shape mismatch|inhomogeneous|core dimension|einstein sum|einsum|remapped shapes|incompatible shapes"
-    r"|values to unpack|tuple index out of range|too many indices",
+    r"|values to unpack|tuple index out of range|too many indices|truth value of an array",
     re.IGNORECASE,
 )
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
 _COMPONENTS = ("principal", "i", "j")  # dimensions of vectors and tensors in datasets, in their order there
+_AXES = ("x", "y", "z")  # labels of i and j, in their order
 _MECHANICAL = {"kg", "m", "s", "rad"}
 _EXACT = 2**53  # whole numbers up to here are numbers of float64
 _F = TypeVar("_F", bound=Callable[..., Any])
@@ -137,11 +139,12 @@ class _Arguments:
             return args, options  # which the call itself says
         units = import_module("astroinertia.units")  # which stands above this room, and is loaded by who needs it
         before = dict(bound.arguments)
-        dims = _dims_in_order(value for name, value in before.items() if name not in self.labelled)
+        by_place = {name: value for name, value in before.items() if name not in self.labelled and _is_series(value)}
+        dims = _dims_in_order(by_place.values())
+        before |= {name: _arranged(value, dims) for name, value in by_place.items()}
+        _must_go_together({name: before[name] for name in by_place})
         for name, value in before.items():
-            arranged = value if name in self.labelled else _arranged(value, dims)
-            bound.arguments[name] = before[name] = arranged
-            bound.arguments[name] = self._number(name, arranged, units)
+            bound.arguments[name] = self._number(name, value, units)
         changed = any(bound.arguments[name] is not value for name, value in before.items())
         for name, value in bound.arguments.items():
             bound.arguments[name] = self._real(name, value if name in self.labelled else _without_labels(value))
@@ -318,16 +321,30 @@ def _dims_in_order(values: Iterable[Any]) -> tuple[str, ...]:
 
 
 def _arranged(value: Any, dims: tuple[str, ...]) -> Any:
-    """A series with its dimensions in this order, those that are not among them first: arrays go by place."""
-    if not _is_series(value):
-        return value
+    """A series with its dimensions in this order, those that are not among them first, and x, y, z in theirs.
+
+    Arrays go by place.
+    """
     ordered = tuple(sorted(value.dims, key=lambda dim: dims.index(dim) if dim in dims else -1))
-    return value if ordered == value.dims else value.transpose(*ordered)
+    value = value if ordered == value.dims else value.transpose(*ordered)
+    for dim in ("i", "j"):
+        labels = [] if dim not in value.dims or dim not in value.coords else value.coords[dim].values.tolist()
+        if labels != list(_AXES) and sorted(map(str, labels)) == list(_AXES):
+            value = value.sel({dim: list(_AXES)})
+    return value
+
+
+def _must_go_together(series: Mapping[str, Any]) -> None:
+    """InputError where two series have other values of a dimension that they share, such as other times."""
+    for (one, first), (other, second) in combinations(series.items(), 2):
+        for dim in {*first.dims} & {*second.dims} & {*first.coords} & {*second.coords}:
+            if not np.array_equal(first.coords[dim].values, second.coords[dim].values):
+                raise InputError(f"{one} and {other} have different values of {dim}; choose those that both have.")
 
 
 def _without_labels(value: Any) -> Any:
-    """A series of vectors or tensors as an array: labelled products sum over what has one name."""
-    return value.values if _is_series(value) and _has_components(value) else value
+    """Series of vectors and tensors as arrays, as labelled products sum over what has one name; one value as it is."""
+    return value.values[()] if _is_series(value) and (not value.ndim or _has_components(value)) else value
 
 
 def _is_quantity(made: type) -> bool:

@@ -84,7 +84,7 @@ def test_an_option_that_a_command_does_not_have_is_refused_with_the_one_that_was
     said = capsys.readouterr().err
     hint = f" (did you mean {meant}?)" if meant else ""
     assert said == (
-        f"astroinertia: unrecognized arguments: {' '.join(given)}{hint}; `astroinertia run --help` tells more.\n"
+        f"astroinertia: unrecognized arguments: {' '.join(given)}{hint}; `astroinertia run --help` says more.\n"
     )
 
 

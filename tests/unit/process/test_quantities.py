@@ -27,7 +27,7 @@ from astroinertia.bodies.neutron_star_fits import kepler_period
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.inertia import balancing, shapes, spin, tensor
+from astroinertia.inertia import balancing, realise, shapes, spin, tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.jointed import Limb
 from astroinertia.inertia.prescribed import change
@@ -573,3 +573,30 @@ def test_masses_and_velocities_go_by_their_dimensions_not_by_place() -> None:
     np.testing.assert_allclose(
         spin.angular_momentum(masses, position, velocity), spin.angular_momentum(mass, x, v), rtol=1e-15
     )
+
+
+def test_series_of_other_times_do_not_go_together_and_axes_go_by_their_labels() -> None:
+    axes = ["x", "y", "z"]
+    at = {"time": [0.0, 1.0, 2.0], "i": axes}
+    tensors = xr.DataArray(
+        np.array([np.diag([1.0, 2, 3]), np.diag([2.0, 3, 5]), np.diag([3.0, 4, 6])]), dims=("time", "i", "j"),
+        coords=at | {"j": axes},
+    )  # fmt: skip
+    rates = xr.DataArray(np.eye(3), dims=("time", "i"), coords=at)
+    energies = spin.rotational_energy(tensors, rates)
+    np.testing.assert_allclose(spin.rotational_energy(tensors[..., ::-1], rates[:, [2, 0, 1]]), energies)
+    with pytest.raises(InputError, match="inertia and angular_velocity have different values of time"):
+        spin.rotational_energy(tensors.isel(time=[0, 1]), rates.isel(time=[1, 2]))
+
+
+def test_one_value_of_a_dataset_is_a_number_to_functions_of_arrays() -> None:
+    mass = xr.DataArray(np.array([2.0, 3.0]), dims="time", attrs={"units": "kg"}).isel(time=0)
+    inertia = xr.DataArray(np.diag([1.0, 1.2, 1.5]), dims=("i", "j"), attrs={"units": "kg m2"})
+    found, plain = (realise.point_masses(*given) for given in ((inertia, mass), (inertia.values, 2.0)))
+    for one, other in zip(found, plain, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-15)
+
+
+def test_an_array_where_one_number_is_meant_is_named() -> None:
+    with pytest.raises(InputTypeError, match="c_over_a"):
+        maclaurin.from_axis_ratio(np.array([0.5, 0.6]))
