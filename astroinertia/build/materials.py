@@ -13,7 +13,7 @@ from astroinertia.matter import finite_temperature, tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.scene.fluid_kinds.materials import Material, Materials
-from astroinertia.units import CodeUnits
+from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 if TYPE_CHECKING:
     from astroinertia.matter.tabulated import Tabulated
@@ -28,6 +28,8 @@ _STRETCHED = 0.5  # of it, the least density of matter that can be pulled: below
 def materials(fluid: Materials, origin: str | None, units: CodeUnits) -> "Tabulated":
     """The equation of state of a scene's materials, in code units; files are relative to `origin`."""
     listed: tuple[Any, ...] = fluid.materials
+    if units == DIMENSIONLESS:
+        _refuse_units(listed, origin)
     tables = [_table(material, origin) for material in listed]
     made = tabulated(tables, units.unit("density"), units.unit("specific_energy"))
     made = replace(made, condensed=any(material.tillotson is not None for material in listed))
@@ -48,6 +50,18 @@ def _standards(made: "Tabulated", pressure: float) -> np.ndarray:
         except ValueError as error:
             raise SceneError(f"[equation_of_state] boundary_pressure, {name}: {error}.") from None
     return np.array(standards)
+
+
+def _refuse_units(listed: tuple[Any, ...], origin: str | None) -> None:
+    for material in listed:
+        path = Path(origin or ".") / str(material.file)
+        if material.file is None or finite_temperature.is_finite_temperature(path):
+            continue
+        if read_equation(path).stated:
+            raise SceneError(
+                f"[equation_of_state] materials: the file of {material.name} states units, but the scene has none "
+                '(units = "code").'
+            )
 
 
 class Equation(NamedTuple):

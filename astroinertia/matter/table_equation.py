@@ -1,9 +1,10 @@
-"""A table of P(rho, u) from a file, as a function for isentropes: columns density, internal_energy and pressure, in SI.
+"""A table of P(rho, u) from a file, as a function for isentropes: columns density, internal_energy and pressure.
 
-The rows are those of a grid in density and either energy or another quantity, such as temperature, that the energy
-rises with at each density: every density has as many rows as every other. Between them P is linear in u at each of the
-two densities beside, and then in ln rho; beyond the energies of a density it goes on linearly. Columns temperature and
-sound_speed may be there; they follow from the rest, and are not used.
+They are in SI, or in the units that the file states of its columns (storage.columns). The rows are those of a grid in
+density and either energy or another quantity, such as temperature, that the energy rises with at each density: every
+density has as many rows as every other. Between them P is linear in u at each of the two densities beside, and then in
+ln rho; beyond the energies of a density it goes on linearly. Columns temperature and sound_speed may be there; they
+follow from the rest, and are not used.
 Tests: tests/unit/matter/test_table_equation.py.
 """
 
@@ -20,15 +21,19 @@ Array = Any
 COLUMNS = Columns(
     "equation-of-state table", ("density", "internal_energy", "pressure"), ("temperature", "sound_speed"), 1_000_000,
     {"rho": "density", "u": "internal_energy", "P": "pressure", "T": "temperature", "c": "sound_speed"},
+    {"density": "density", "internal_energy": "specific_energy", "pressure": "pressure"},
 )  # fmt: skip
 FEWEST = 4  # densities, and energies at each
 
 
 class TableEquation:
-    """P(rho, u) of a grid: densities (n,), ascending, and energies and pressures (n, m), ascending in energy."""
+    """P(rho, u) of a grid: densities (n,), ascending, and energies and pressures (n, m), ascending in energy.
 
-    def __init__(self, density: np.ndarray, energy: np.ndarray, pressure: np.ndarray) -> None:
-        self.density, self.energy, self.pressure = density, energy, pressure
+    stated: whether its file states units, in which case it is in SI.
+    """
+
+    def __init__(self, density: np.ndarray, energy: np.ndarray, pressure: np.ndarray, stated: bool = False) -> None:
+        self.density, self.energy, self.pressure, self.stated = density, energy, pressure, stated
 
     def coldest(self, density: float) -> float:
         """The least energy at a density, of the table."""
@@ -62,7 +67,7 @@ def read_equation(path: str | Path) -> TableEquation:
     """The table of a file (.csv, .npz, .h5, .hdf5); SceneError that says what is wrong with it."""
     path, what = Path(path), COLUMNS.what
     check_file(path, what, tuple(READERS))
-    columns, _ = READERS[path.suffix.lower()](path, COLUMNS)
+    columns, stated = READERS[path.suffix.lower()](path, COLUMNS)
     if columns["density"].size > COLUMNS.most:
         raise SceneError(f"{what} {path} has more than {COLUMNS.most} rows")
     check_numbers(path, what, columns, "row")
@@ -82,4 +87,4 @@ def read_equation(path: str | Path) -> TableEquation:
     flat = ~(np.diff(energy, axis=1) > 0).all(axis=1)
     if flat.any():
         raise SceneError(f"{what} {path}: at the density {densities[np.argmax(flat)]:.6g} an energy is there twice")
-    return TableEquation(densities, energy, pressure)
+    return TableEquation(densities, energy, pressure, stated)

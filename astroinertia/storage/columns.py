@@ -2,8 +2,8 @@
 
 A CSV file names its columns in the first line that is not a comment (#), or in the comment right before numbers, as
 NumPy's savetxt writes it; all of them with units or none: "x (km)" or "x [km]"; a table of astropy (ECSV) has the units
-in its comments. An npz file holds one array a column, never pickled objects; h5 and hdf5 files are those of
-table_hdf5.py.
+in its comments, and position and velocity may be lists of three numbers there. An npz file holds one array a column,
+never pickled objects; h5 and hdf5 files are those of table_hdf5.py.
 Tests: tests/unit/sph/test_initial_particles.py.
 """
 
@@ -25,6 +25,7 @@ from astroinertia.storage.table_hdf5 import (
     SUFFIXES as HDF5_SUFFIXES,
     VECTORS,
     hdf5_columns,
+    split_units,
     split_vectors,
 )
 from astroinertia.units import quantity, shown
@@ -42,7 +43,7 @@ Read = tuple[dict[str, np.ndarray], bool]
 class Columns:
     """What a file should hold: how messages call it, its columns, other names for them, and the most rows.
 
-    dimensions: of the columns, where a file may state their units.
+    dimensions: of the columns, where a file may state their units; one that is not used may be without.
     """
 
     what: str
@@ -109,7 +110,8 @@ def check_numbers(path: Path, what: str, columns: Mapping[str, np.ndarray], row_
 def csv_columns(path: Path, wanted: Columns) -> Read:
     """The columns of a CSV file, which may state units in its head."""
     numbers, rows = array("d"), 0  # eight bytes each, where a list of floats takes forty
-    names, units, delimiter = _head(path, wanted)
+    heads, units, delimiter, vectors = _head(path, wanted)
+    names = [part for head in heads for part in vectors.get(head, (head,))]
     wanted.check(path, names)
     scales = unit_scales(path, wanted, names, units)
     try:
@@ -117,9 +119,9 @@ def csv_columns(path: Path, wanted: Columns) -> Read:
             lines = csv.reader(_limited(f"{wanted.what} {path}", file), delimiter=delimiter)
             next(lines, None)
             for row in itertools.islice(lines, wanted.most + 1):
-                if len(row) != len(names):
-                    raise SceneError(f"{wanted.what} {path}: row {rows + 1} has {len(row)} values, not {len(names)}")
-                numbers.extend(map(plain_number, row))
+                if len(row) != len(heads):
+                    raise SceneError(f"{wanted.what} {path}: row {rows + 1} has {len(row)} values, not {len(heads)}")
+                numbers.extend(_flat(heads, row, vectors) if vectors else map(plain_number, row))
                 rows += 1
     except UnicodeDecodeError as error:
         raise SceneError(f"{wanted.what} {path} is not text") from error
@@ -129,8 +131,17 @@ def csv_columns(path: Path, wanted: Columns) -> Read:
     return scaled(dict(zip(names, columns, strict=True)), scales)
 
 
-def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str]:
-    """Names of the columns of a CSV file, their units where it states them, and what is between them."""
+def _flat(heads: list[str], row: list[str], vectors: Mapping[str, tuple[str, ...]]) -> Iterator[float]:
+    """The numbers of a row, those of a vector one by one; ValueError where one is no number or has not three."""
+    for head, text in zip(heads, row, strict=True):
+        parts = text[1:-1].split(",") if head in vectors and text[:1] + text[-1:] == "[]" else [text]
+        if len(parts) != len(vectors.get(head, (head,))):
+            raise ValueError(f"{head} is not three numbers: {text!r:.80}")
+        yield from map(plain_number, parts)
+
+
+def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str, Mapping[str, tuple[str, ...]]]:
+    """Names of the columns of a CSV file, their units where it states them, what is between them, and vectors."""
     comments: list[str] = []
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -145,7 +156,8 @@ def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str]:
     units = {name: part[2] or part[3] for name, part in zip(names, parts, strict=True) if part is not None}
     if of_astropy and wanted.dimensions:
         units |= {wanted.named(one[1]): one[2] for one in map(ASTROPY_UNIT.match, comments) if one is not None}
-    return names, units, delimiter
+    vectors = {name: VECTORS[name] for name in names if name in VECTORS} if of_astropy and wanted.dimensions else {}
+    return names, split_units(units), delimiter, vectors
 
 
 def unit_scales(path: Path, wanted: Columns, names: Iterable[str], units: Mapping[str, str]) -> dict[str, float]:
@@ -153,17 +165,19 @@ def unit_scales(path: Path, wanted: Columns, names: Iterable[str], units: Mappin
 
     SceneError where some columns have a unit and others have none, and for what is no unit of a column.
     """
-    if not units or not wanted.dimensions:
+    units = {name: unit for name, unit in units.items() if name in wanted.dimensions}
+    if not units:
         return {}
-    if without := [name for name in names if name not in units]:
+    if without := [name for name in names if name in wanted.dimensions and name not in units]:
         with_unit = next(iter(units))
         raise SceneError(f"{wanted.what} {path}: its column {without[0]} has no unit, but {with_unit} has one")
-    return {name: _scale(path, wanted, name, units[name]) for name in names}
+    return {name: _scale(path, wanted, name, unit) for name, unit in units.items()}
 
 
 def scaled(columns: dict[str, np.ndarray], scales: Mapping[str, float]) -> Read:
     """Columns in SI, and whether they had units."""
-    return {name: column * scales[name] for name, column in columns.items()} if scales else columns, bool(scales)
+    in_si = {name: columns[name] * scale for name, scale in scales.items()}
+    return columns | in_si, bool(scales)
 
 
 def _scale(path: Path, wanted: Columns, name: str, unit: str) -> float:

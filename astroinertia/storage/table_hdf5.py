@@ -23,6 +23,7 @@ VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
 ASTROPY_UNIT = re.compile(r"(?:# )?- \{name: ([^,}]{1,40}), unit: ([^,}]{1,40}),")
 """A line in which astropy says the name and the unit of a column."""
 _OF_ASTROPY = ".__table_column_meta__"  # the dataset of such lines beside a structured one
+_MASK = ".mask"  # what astropy adds to the name of a field for that which says of what rows it is masked
 _MOST_MEMBERS = 1000  # names that are looked at in a group
 _MOST_BYTES = 2**20  # of what says units
 Member = tuple[Any, str | None]
@@ -166,7 +167,14 @@ def numbers(path: Path, file_name: str, columns: Mapping[str, Member], most: int
             raise SceneError(f"{file_name}: {name} is kept in another file, which is not read")
         whole += 8.0 * np.prod(shape, dtype=float)
         chunk = max(chunk, dataset.dtype.itemsize * np.prod(dataset.chunks or (), dtype=float))
+        if field is not None and f"{field}{_MASK}" in dataset.dtype.names:
+            whole += dataset.dtype.itemsize * np.prod(dataset.shape, dtype=float)
     check_proportion("it", whole + chunk, path)
+    for name, (dataset, field) in columns.items():
+        if field is not None and f"{field}{_MASK}" in dataset.dtype.names:
+            masked = np.asarray(dataset.fields(f"{field}{_MASK}")[:])
+            if masked.dtype.kind in "biu" and masked.any():
+                raise SceneError(f"{file_name}: {name} of row {int(np.argwhere(masked)[0, 0]) + 1} is masked")
     return {
         name: np.asarray(dataset[:] if field is None else dataset.fields(field)[:], dtype=float)
         for name, (dataset, field) in columns.items()

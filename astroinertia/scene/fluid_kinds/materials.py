@@ -19,8 +19,9 @@ class Material(Part):
     )
     file: Annotated[str, Field(min_length=1, max_length=512)] | None = Field(
         default=None,
-        description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI; or "
-        "one over density, temperature and electron fraction in the HDF5 layout of stellarcollapse.org",
+        description="table (.csv .npz .h5), relative to the scene: columns density internal_energy pressure, in SI or "
+        "the units that it states; or one over density, temperature and electron fraction in the HDF5 "
+        "layout of stellarcollapse.org",
     )
     electron_fraction: Annotated[Real, Field(gt=0.0, le=1.0)] | None = Field(
         default=None, description="of a table over electron fractions: that of this material, electrons a nucleon"

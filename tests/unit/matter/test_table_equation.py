@@ -5,9 +5,11 @@ import jax
 import numpy as np
 import pytest
 
+from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
 from astroinertia.matter.isentropes import isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
+from astroinertia.scene.load import loads
 
 GAMMA = 1.4
 RHO, HEAT = np.meshgrid(np.geomspace(0.1, 10.0, 30), np.geomspace(0.2, 40.0, 40), indexing="ij")
@@ -20,6 +22,46 @@ def write(path, columns=COLUMNS, names=None):
     rows = "\n".join(",".join(repr(float(v)) for v in row) for row in zip(*columns.values(), strict=True))
     path.write_text(",".join(names) + "\n" + rows + "\n")
     return path
+
+
+CODE_SCENE = """\
+name = "code"
+model = "sph"
+units = "code"
+[body]
+kind = "uniform"
+mass = 1.0
+radius = 1.0
+specific_internal_energy = 1.0
+particles = 100
+[equation_of_state]
+kind = "materials"
+materials = [{name = "gas", file = "a.h5", reference_density = 0.5}]
+[effects.pressure]
+[time]
+end = 0.1
+"""
+
+
+def test_a_table_that_states_units_is_in_si(tmp_path):
+    units = {"density": "g/cm3", "internal_energy": "J/kg", "pressure": "MPa", "temperature": "K"}
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name, unit in units.items():
+            file[name] = COLUMNS.get(name, COLUMNS["density"])
+            file[name].attrs["units"] = unit
+    heads = [f"{name} [{unit}]" for name, unit in units.items() if name in COLUMNS]
+    write(tmp_path / "a.csv", COLUMNS | {"T": COLUMNS["density"]}, [*heads, "T"])
+    for name in ("a.h5", "a.csv"):
+        table = read_equation(tmp_path / name)
+        assert table.density[0] == pytest.approx(100.0)
+        with jax.enable_x64(True):
+            assert float(table.function(tension=False)(100.0, 1.0)) == pytest.approx(0.04e6)
+    with pytest.raises(SceneError, match="the file of gas states units, but the scene has none"):
+        prepare(loads(CODE_SCENE, origin=str(tmp_path)))
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        del file["pressure"].attrs["units"]
+    with pytest.raises(SceneError, match="pressure has no unit, but density has one"):
+        read_equation(tmp_path / "a.h5")
 
 
 def test_every_format_gives_the_pressure_of_the_gas(tmp_path):

@@ -4,6 +4,8 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
+from astropy.table import QTable, Table
+from astropy.units import Unit
 from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
@@ -275,6 +277,28 @@ def test_columns_with_units_become_si_and_go_with_no_scene_in_code_units(tables,
     np.testing.assert_allclose(table.position, PLACES[:, 1:] * 1e3, rtol=1e-15)
     with pytest.raises(SceneError, match="states units, but the scene has none"):
         read_body(tables / name, DIMENSIONLESS)
+
+
+def test_vectors_of_astropy_are_columns_and_what_it_masks_is_refused(tmp_path):
+    units = dict(zip(("mass", "position", "velocity"), ("solMass", "km", "km / s"), strict=True))
+    rng = np.random.default_rng(6)
+    table = {name: rng.random((6, 3) if name != "mass" else 6) * Unit(unit) for name, unit in units.items()}
+    for delimiter in (" ", ","):
+        QTable(table).write(tmp_path / "vectors.ecsv", delimiter=delimiter, overwrite=True)
+        read = read_table(tmp_path / "vectors.ecsv")
+        assert read.units == "SI"
+        np.testing.assert_allclose(read.position, table["position"].to_value("m"), rtol=1e-15)
+        np.testing.assert_allclose(read.velocity, table["velocity"].to_value("m/s"), rtol=1e-15)
+    text = (tmp_path / "vectors.ecsv").read_text()
+    head, _, rows = text.partition("schema")
+    (tmp_path / "vectors.ecsv").write_text(head + "schema" + rows.replace("[", "[7,", 1))
+    with pytest.raises(SceneError, match=r"row 1 is not numbers \(position is not three numbers"):
+        read_table(tmp_path / "vectors.ecsv")
+    masked = Table(table, masked=True)
+    masked["mass"].mask[3] = True
+    masked.write(tmp_path / "masked.h5", path="t", serialize_meta=True)
+    with pytest.raises(SceneError, match="mass of row 4 is masked"):
+        read_table(tmp_path / "masked.h5")
 
 
 def test_several_tables_need_no_units_where_each_states_its_own_or_all_are_in_si(tables):
