@@ -19,6 +19,7 @@ from astroinertia.units import CodeUnits, Dimension, Option, plain_number_hint, 
 
 LARGEST_NUMBER = 1e100  # squares of products of such numbers must not overflow; scales.py is stricter on quantities
 LARGEST_CONSTANT = 1e200  # of quantities in odd units, as K of P = K rho^gamma
+_PLAIN = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*", re.ASCII)
 _FRACTION = re.compile(r"\s*([+-]?\d{1,15})\s*/\s*(\d{1,15})\s*", re.ASCII)
 
 
@@ -48,6 +49,8 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
     largest = LARGEST_CONSTANT if isinstance(dimension, Dimension) else LARGEST_NUMBER
     if dimension == "dimensionless":
         value = fraction(value)
+        if isinstance(value, str) and _PLAIN.fullmatch(value):
+            raise ValueError(f"must be a number without quotes, not {described(value)}.")
     if isinstance(value, str):
         if code:
             raise ValueError(

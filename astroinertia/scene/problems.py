@@ -7,10 +7,10 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from astroinertia.scene.dimensional import described
-from astroinertia.units import shown
+from astroinertia.units import any_quantity, shown
 
 Path = tuple[str | int, ...]
-NUMBER_OR_WORD = ("constrained-float", "literal['rising']")  # how pydantic names what a value may be
+OTHER_WORDS = {"angular_velocity": "rate", "omega": "rate", "spin": "rate"}  # for keys, that are not spelt alike
 
 
 class Problem(Exception):
@@ -41,6 +41,8 @@ def _word(key: str) -> str:
 def nearest(key: str, names: Iterable[str]) -> str:
     """A hint at the nearest known key, or the list of all where none is near; it ends its sentence."""
     names = list(names)
+    if (word := OTHER_WORDS.get(key.lower())) in names:
+        return f"did you mean '{word}'?"
     close = difflib.get_close_matches(key.lower()[:64], names, n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
@@ -69,7 +71,7 @@ def first_problem(
 
     `kinds`: for every table with kinds, the model of each kind.
     """
-    errors = [item for item in error.errors(include_url=False) if "literal['code']" not in item["loc"]]
+    errors = [item for item in error.errors(include_url=False) if not any(map(_is_word, item["loc"]))]
     errors = errors or error.errors(include_url=False)
     ranks = {"extra_forbidden": 0, "union_tag_invalid": 1, "union_tag_not_found": 1, "missing": 3}
     return _problem(min(errors, key=lambda item: ranks.get(item["type"], 2)), model, kinds)
@@ -117,8 +119,10 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
             return Problem(loc, f": must be true or false, not {described(value)}.")
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
             words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
-            bound = next(f"{words[name]} {limit:g}" for name, limit in context.items() if name in words)
-            return Problem(loc, f": must be {bound}, not {described(value)}.")
+            name, limit = next((name, limit) for name, limit in context.items() if name in words)
+            si = any_quantity(value) if isinstance(value, str) and limit else None
+            unit = f" {si[1]}" if si is not None and si[1] != "1" else ""
+            return Problem(loc, f": must be {words[name]} {limit:g}{unit}, not {described(value)}.")
         case "tuple_type":
             return Problem(loc, f": must be a list, not {described(value)}.")
         case "too_short" | "too_long":
@@ -152,7 +156,14 @@ def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Pa
         return (*loc[:tag], *loc[tag + 1 :]), names[1]
     if len(loc) > 1 and loc[0] == "units":
         return (loc[0], *(part for part in loc[1:] if part != "Units")), None
-    return tuple(part for part in loc if part not in NUMBER_OR_WORD), None
+    if loc[:2] == ("numerics", "neighbours"):
+        return loc[:2], None
+    return loc, None
+
+
+def _is_word(part: str | int) -> bool:
+    """Whether a part of a path is how pydantic names a choice of words, among other things that a value may be."""
+    return isinstance(part, str) and part.startswith("literal[")
 
 
 def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> type[BaseModel] | None:

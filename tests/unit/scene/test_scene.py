@@ -120,6 +120,7 @@ def test_what_runs_effects_is_not_imported_to_read_a_scene_and_to_plan_it():
         ("body.kind='polytropic'", "did you mean 'polytrope'"),
         ("body.exponent=1", "belongs to the kind power_law"),
         ("body.rotation.t_over_v=0.1", "did you mean 't_over_w'"),
+        ("body.rotation.angular_velocity='1 rad/s'", "did you mean 'rate'"),
     ],
 )
 def test_misspelt_words_name_the_nearest(override, hint):
@@ -136,6 +137,28 @@ def test_misspelt_words_name_the_nearest(override, hint):
 )
 def test_a_name_is_refused_by_what_names_are_of_there(override, says):
     assert says in refusal(override)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("units={mass='1 Msun'}", "[units] length is missing (unit of length)."),
+        ("units={mas='1 Msun', length='1 km'}", "[units] mas is not a known key; did you mean 'mass'?"),
+        ("units=3", 'units: must be "code", "SI" or a table with mass and length, not 3.'),
+        ("numerics.neighbours=5", "[numerics] neighbours: must be at least 20, not 5."),
+        ("numerics.neighbours=[60]", "[numerics] neighbours: must be a number, not a list."),
+        (
+            "body.rotation.obliquity='400 deg'",
+            "[body.rotation] obliquity: must be at most 3.14159 rad, not the text '400 deg'.",
+        ),
+        (
+            "effects.gravity.force_error='1e-3'",
+            "[effects.gravity] force_error: must be a number without quotes, not the text '1e-3'.",
+        ),
+    ],
+)
+def test_a_value_that_may_be_of_several_kinds_is_refused_in_words_of_the_scene(override, message):
+    assert refusal(override).endswith(f": {message}")
 
 
 def test_a_refusal_names_file_line_and_section(tmp_path):
