@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,8 @@ def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
     if not isinstance(path, str | os.PathLike):
         raise SceneError(f"a scene must be a Scene, a table (a dict) or the path of a file, not {kind_of(path)}.")
     file = Path(path)
+    with suppress(RuntimeError):  # where ~ is nobody's home
+        file = file.expanduser()
     name = shown(str(file), 200)
     return decode(read_regular_file(file, LARGEST_FILE, "a scene"), name), name, str(file.absolute().parent)
 

@@ -24,7 +24,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.storage import manifest as manifests
 from astroinertia.storage.atomic import (
     TEMPORARY,
@@ -403,13 +403,18 @@ def locked(folder: Path) -> Any:
     return lock
 
 
+def refuse_backslash(path: Path, kind: type[AstroinertiaError] = ArchiveError) -> None:
+    """Raise an error where a path, from the root on, has a backslash, which netCDF takes for a slash."""
+    if "\\" in str(path.absolute()):
+        raise kind(f"{path.absolute()} has a backslash, which netCDF takes for a slash; choose another path.")
+
+
 def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free.
 
     Also for a path that netCDF would take for another.
     """
-    if "\\" in str(folder):
-        raise ArchiveError(f"{folder} has a backslash, which netCDF takes for a slash; choose another folder.")
+    refuse_backslash(folder)
     if not folder.is_dir():
         return
     if (folder / SWEEP).exists():

@@ -254,7 +254,7 @@ _VARIABLES = {
     "zonal_harmonic_2": ("1", "J2 for the mean radius"),
     "published_moment_ratio": ("1", "moment ratio as published"),
     "published_radius": ("m", "radius that it is normalised with"),
-    "published_kind": ("", "moment that it is of: mean or polar"),
+    "published_kind": ("", "moment that it is of: mean or polar; nothing without a published ratio"),
     "status": ("", "how it is known"),
     "source": ("", "source of the ratio"),
     "moment_ratio": ("1", "I/(M R^2)"),
@@ -309,7 +309,7 @@ def _column(one: SolarSystemBody) -> dict:
         "zonal_harmonic_2": one.zonal_harmonic(one.mean_radius) if one.has("j2") else np.nan,
         "published_moment_ratio": published.value,
         "published_radius": published.radius,
-        "published_kind": "polar" if row in one.published.get("polar_moment_ratio", ()) else "mean",
+        "published_kind": _kind(one, published),
         "status": row.status,
         "source": row.source,
         "moment_ratio": ratio.value,
@@ -332,6 +332,12 @@ def _column(one: SolarSystemBody) -> dict:
         "central_condensation_uncertainty": spread,
         "central_condensation_source": source,
     }
+
+
+def _kind(one: SolarSystemBody, ratio: Published) -> str:
+    """Of which moment a published ratio is; nothing where none is published."""
+    kinds = {"polar_moment_ratio": "polar", "mean_moment_ratio": "mean"}
+    return next((kind for name, kind in kinds.items() if ratio in one.published.get(name, ())), "")
 
 
 def _body(name: str | SolarSystemBody) -> SolarSystemBody:

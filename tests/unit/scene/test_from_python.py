@@ -84,6 +84,13 @@ def test_every_scene_of_sims_is_the_same_from_python_and_as_toml(file: Path) -> 
     assert tomllib.loads(again.to_toml()) == tomllib.loads(file.read_text())
 
 
+def test_a_scene_file_may_be_below_the_home_of_its_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(Path("sims").absolute()))
+    assert astroinertia.load("~/crab_pulsar.toml") == astroinertia.load("sims/crab_pulsar.toml")
+    with pytest.raises(SceneError, match=r"nothing\.toml"):
+        astroinertia.load("~/nothing.toml")
+
+
 def test_scenes_that_ask_for_other_things_differ() -> None:
     assert loads(SCENE) != loads(SCENE, ["body.seed=2"])
     assert loads(SCENE) != loads(SCENE.replace("[effects.damping]", "[effects.viscosity]\n[effects.damping]"))

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.errors import ArchiveError, ArchiveWarning
+from astroinertia.cli.result import must_be_writable
+from astroinertia.errors import ArchiveError, ArchiveWarning, SceneError
 from astroinertia.storage import manifest
 from astroinertia.storage.archive import Archive, refuse_if_taken
 from astroinertia.storage.atomic import TEMPORARY, read_arrays, write_arrays
@@ -415,10 +416,16 @@ def test_a_folder_with_another_run_is_refused_and_stays_as_it_was(tmp_path):
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_a_folder_that_netcdf_would_take_for_another_is_refused_before_a_run(tmp_path):
+def test_a_folder_that_netcdf_would_take_for_another_is_refused_before_a_run(tmp_path, monkeypatch):
     for refused in (refuse_if_taken, Archive.create):
         with pytest.raises(ArchiveError, match="has a backslash, which netCDF takes for a slash"):
             refused(tmp_path / r"a\b", METADATA)
+    (tmp_path / r"a\b").mkdir(exist_ok=True)
+    monkeypatch.chdir(tmp_path / r"a\b")
+    with pytest.raises(ArchiveError, match="has a backslash, which netCDF takes for a slash"):
+        refuse_if_taken(Path("run"), METADATA)
+    with pytest.raises(SceneError, match="has a backslash, which netCDF takes for a slash"):
+        must_be_writable(Path("moments.nc"), ".nc")
 
 
 def test_a_folder_with_a_result_or_with_orphaned_segments_is_refused(tmp_path):

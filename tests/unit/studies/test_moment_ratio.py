@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import apsidal
-from astroinertia.bodies.planets import body
+from astroinertia.bodies.planets import body, own_body
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import SceneError
 from astroinertia.studies.moment_ratio import (
@@ -29,6 +29,8 @@ def test_one_call_compares_published_ratios_with_models():
     assert float(mars["published_radius"]) == 3396e3
     assert str(mars["published_kind"].values) == "polar"
     assert str(found["status"].sel(body="Jupiter").values) == "model"
+    mine = own_body("mine", 6e24, 6.371e6, mean_moment_ratio=0.33)
+    assert str(moment_ratio([mine])["published_kind"].values[0]) == ""  # nobody has published it
     assert found["central_condensation_source"].values.tolist() == ["two layers", "published", "polytrope"]
     for name, variable in found.variables.items():
         if name != "body":
