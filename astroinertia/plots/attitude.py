@@ -29,6 +29,7 @@ SPARSE = 0.7  # rad that something turns by from output to output: beyond it, li
 FASTEST = 2.5  # rad of precession from output to output beyond which turns cannot be counted
 STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are measured from it
 SLIGHT_WOBBLE = 1e-4  # of the rate: a wobble that is smaller is drawn by itself
+NO_WOBBLE = 1e-12  # of the rate: what is smaller is round-off
 EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _SHARES = (0.3, 0.6, 0.85)
 _STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
@@ -139,7 +140,7 @@ def _rates(axes, dataset: xr.Dataset, rotation: Motion) -> None:
     dots, names = _sparse(rotation), _names(rotation.moments)
     size = abs(rotation.rates).max(axis=0)
     others = np.delete(np.arange(3), np.argmax(size))
-    if 0.0 < size[others].max() < SLIGHT_WOBBLE * size.max():
+    if NO_WOBBLE < size[others].max() / size.max() < SLIGHT_WOBBLE:
         _pole(axes, times, rotation, int(np.argmax(size)), others, names)
         return
     for k in (1, 0, 2):

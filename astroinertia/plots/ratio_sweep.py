@@ -81,9 +81,9 @@ def _published(panel: Any, family: xr.Dataset) -> None:
 def _key(figure: Figure, panel: Any, second: xr.DataArray) -> None:
     values = second.values / _scale(second)
     if len(values) <= _IN_LEGEND:
-        for line, value in zip(panel.get_lines(), values, strict=False):
-            line.set_label(f"{value:.6g}")
-        panel.legend(title=_label(second), title_fontsize=9)
+        lines, texts = panel.get_lines()[: len(values)], [f"{value:.6g}" for value in values]
+        how = {"title": _label(second), "title_fontsize": 9, "ncols": len(texts)}
+        figure.legend(lines, texts, loc="outside lower center", **how)
         return
     from matplotlib.cm import ScalarMappable
 

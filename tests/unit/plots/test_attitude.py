@@ -90,6 +90,12 @@ def test_a_slight_wobble_is_drawn_by_itself():
     np.testing.assert_allclose(drawn.get_ydata(), expected, atol=1e-3)
 
 
+def test_round_off_is_not_drawn_as_a_wobble():
+    panel = attitude_figure(free_top(**CASES["wobble"] | {"spin": (3e-16, 0.0, 1.0)})).axes[0]
+    assert "Wobble" not in panel.get_title(loc="left") + panel.get_title()
+    assert max(abs(line.get_ydata()).max() for line in panel.lines if line.get_label().startswith("axis 3")) > 0.9
+
+
 def test_only_rigid_bodies_that_turn_have_an_attitude():
     assert not has_attitude(headline(affine_run()[0][:3]))
     still = [{**each, "angular_momentum": np.zeros(3)} for each in rigid_run()[:3]]

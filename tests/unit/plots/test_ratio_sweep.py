@@ -39,7 +39,11 @@ def test_a_second_parameter_has_a_curve_for_each_value(members):
     assert all(len(line.get_xdata()) == 9 for line in lines)
     assert lines[0].get_ydata()[0] > lines[-1].get_ydata()[0]
     if members == 3:
-        assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0.36", "0.365", "0.37"]
+        legend = figure.legends[0]
+        assert [text.get_text() for text in legend.get_texts()] == ["0.36", "0.365", "0.37"]
+        figure.draw_without_rendering()
+        covered = legend.get_window_extent()
+        assert not any(covered.overlaps(each.get_tightbbox()) for each in figure.axes)
     else:
         assert figure.axes[-1].get_ylabel().startswith("I/(M R^2)")
 
