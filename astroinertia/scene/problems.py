@@ -93,8 +93,10 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
             return wrong_choice(path, None if missing else value.get("kind"), kinds[str(loc[0])], missing)
         case "literal_error":
             field = _field(model, loc, kind, kinds)
-            choices = [choice for choice in _literals(field.annotation) if isinstance(choice, str)] if field else []
-            return wrong_choice(loc, value, choices)
+            choices = _literals(field.annotation) if field else []
+            if numbers := [str(choice) for choice in choices if isinstance(choice, int)]:
+                return Problem(loc, f": must be one of {', '.join(numbers)}, not {described(value)}.")
+            return wrong_choice(loc, value, [choice for choice in choices if isinstance(choice, str)])
         case "value_error":
             message = str(context["error"])
             whole = message.startswith(("needs ", "has ", "may "))  # said of a table by its own validator

@@ -146,6 +146,8 @@ def test_a_name_is_refused_by_what_names_are_of_there(override, says):
         ("units={mas='1 Msun', length='1 km'}", "[units] mas is not a known key; did you mean 'mass'?"),
         ("units=3", 'units: must be "code", "SI" or a table with mass and length, not 3.'),
         ("numerics.neighbours=5", "[numerics] neighbours: must be at least 20, not 5."),
+        ("numerics.order=3", "[numerics] order: must be one of 2, 4, 6, 8, not 3."),
+        ("numerics.order='4'", "[numerics] order: must be one of 2, 4, 6, 8, not the text '4'."),
         ("numerics.neighbours=[60]", "[numerics] neighbours: must be a number, not a list."),
         (
             "body.rotation.obliquity='400 deg'",
