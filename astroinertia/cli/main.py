@@ -3,6 +3,7 @@
 import argparse
 import os
 import select
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -257,7 +258,7 @@ def _new(options: Options) -> int:
         raise SceneError(f"{options.file} is there already and is left as it is.") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{options.file} cannot be written ({getattr(error, 'strerror', None) or error}).") from None
-    _say(f"wrote {options.file}; edit it, then: astroinertia plan {options.file}")
+    _say(f"wrote {options.file}; edit it, then: astroinertia plan {shlex.quote(str(options.file))}")
     return GOOD
 
 
@@ -392,7 +393,7 @@ def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> i
     unclosed = cli_sweep.unclosed(outcome.file)
     for line in (*cli_sweep.failures(sweep, outcome), *unclosed):
         _say(line)
-    _say(f"wrote {outcome.file}; look at it with: astroinertia show {folder}")
+    _say(f"wrote {outcome.file}; look at it with: astroinertia show {shlex.quote(str(folder))}")
     return FAILED if outcome.failures else UNCLOSED if unclosed else GOOD
 
 
@@ -417,7 +418,7 @@ def _finished(result: Path, folder: Path) -> int:
     for message in (bounds.message(attrs, "resolution"), unclosed, bars, cli_calibrate.compared(attrs)):
         if message:
             _say(message)
-    _say(f"wrote {result}; look at it with: astroinertia show {folder}")
+    _say(f"wrote {result}; look at it with: astroinertia show {shlex.quote(str(folder))}")
     return UNCLOSED if unclosed else GOOD
 
 

@@ -12,7 +12,7 @@ AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
 HELP = """\
 files:
-  .csv .npz .nc .h5 .hdf5   columns mass, x, y, z (or position, of three numbers a particle)
+  .csv .ecsv .npz .nc .h5   columns mass, x, y, z (or position, of three numbers a particle)
   .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it tells its units
   a dump of Phantom         whatever it is called; sinks count as points; needs the extra astroinertia[phantom]
   .stl .obj .ply .off       a closed mesh, homogeneous inside; needs the extra astroinertia[mesh]

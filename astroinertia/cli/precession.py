@@ -17,7 +17,7 @@ The torque of a companion on the flattening of a spinning body turns its axis: t
 the plane of its orbit. What is heavier than the body is what it goes around, and what is lighter goes around it: near
 moons stay with the equator and add to its flattening, far ones act as the star does.
 
---body takes all numbers of Venus, Earth, Mars, Jupiter or Saturn, and the companions that matter, from the package's
+--body takes all numbers of the planets but Mercury, and the companions that matter, from the package's
 tables; options beside it replace them. Another body of the tables (Ceres) has its own numbers, and needs companions.
 
 A body of your own needs --mass, --radius, --period, --obliquity, and two of: --j2, --ellipticity, and --moment-ratio or

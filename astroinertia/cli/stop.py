@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import shlex
 import time
 import warnings
 from collections.abc import Callable, Iterator
@@ -44,7 +45,7 @@ def deadline(options: Options, begun: float | None = None) -> float:
 
 def interruption_message(stopped: RunInterrupted) -> str:
     """How to go on."""
-    return f"{stopped}; go on with: astroinertia resume {stopped.folder}"
+    return f"{stopped}; go on with: astroinertia resume {shlex.quote(str(stopped.folder))}"
 
 
 def ended(how: Ended) -> tuple[int, str]:
@@ -52,7 +53,7 @@ def ended(how: Ended) -> tuple[int, str]:
     if isinstance(how.said, RunInterrupted) and how.saved:
         return INTERRUPTED, interruption_message(how.said)
     if isinstance(how.said, RunInterrupted):
-        again = f"what was saved before is kept; go on with: astroinertia resume {how.said.folder}"
+        again = f"what was saved before is kept; go on with: astroinertia resume {shlex.quote(str(how.said.folder))}"
         return how.code, f"ended at once by {how.name}; {again}"
     if how.said is None and how.name == LIMIT:
         return how.code, "the run was stopped by its limit of wall time before its first step; nothing is lost."

@@ -195,7 +195,8 @@ def summary(folder: Path) -> list[str]:
         ],
     }
     rows = [("member", *sweep.keys, *columns)]
-    values = [column.values.ravel() for column in columns.values()]  # members of a grid are in the order of its axes
+    order = np.argsort(data["member"].values, axis=None)
+    values = [column.values.ravel()[order] for column in columns.values()]
     for number, settings in enumerate(sweep.members[:MOST_ROWS]):
         figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
         rows.append((member(number), *(shown(str(value)) for value in settings), *figures))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.scene.dimensional import described
+from astroinertia.scene.dimensional import described, fraction
 from astroinertia.scene.problems import nearest
 from astroinertia.scene.text import toml_value
 from astroinertia.units import any_quantity, shown
@@ -49,12 +49,14 @@ def listed(value: Any) -> list[Any]:
         raise SceneError("must be a list with at least one value.")
     if len(value) > MOST_MEMBERS:
         raise SceneError(f"has {len(value)} values, more than the {MOST_MEMBERS} members that a sweep may have.")
-    seen: set[str] = set()
+    seen: set[Any] = set()
     for item in value:
-        text = value_text(item)
-        if text in seen:
+        text, number = value_text(item), fraction(item)
+        plain = isinstance(number, int | float) and not isinstance(number, bool)
+        one = number if plain else (any_quantity(item) if isinstance(item, str) else None) or text
+        if one in seen:
             raise SceneError(f"has the value {shown(text)} twice.")
-        seen.add(text)
+        seen.add(one)
     return value
 
 
@@ -172,6 +174,7 @@ def number_and_unit(value: Any) -> tuple[float, str]:
 
 def coordinate(values: Sequence[Any]) -> tuple[np.ndarray, str | None]:
     """Values of a parameter as an array: in SI with their unit, or as texts (None) where they are no numbers."""
+    values = [fraction(item) for item in values]
     if all(isinstance(item, int | float) and not isinstance(item, bool) for item in values):
         return np.array([float(item) for item in values]), "1"
     pairs = [any_quantity(item) if isinstance(item, str) else None for item in values]

@@ -5,7 +5,7 @@ parameters along it. All members are on the same times (sweeps.common_times), Na
 one at a time. Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -231,15 +231,15 @@ def _skeleton(
 ) -> xr.Dataset:
     """The result without what members recorded: its coordinates, what each member took, and what it says of itself."""
     coords: dict[str, Any] = {}
-    dims, shape = ("member",), (len(sweep.members),)
+    along, dims, order = _along_members(sweep, failures), ("member",), np.arange(len(sweep.members))
     if sweep.kind == GRID:
-        for key, values in zip(sweep.keys, sweep.axes, strict=True):
-            coords[variable_name(key)] = _parameter(key, values, variable_name(key))
-        dims, shape = tuple(coords), tuple(len(values) for values in sweep.axes)
-        along = _along_members(sweep, failures)
-        coords |= {name: (dims, along[name].values.reshape(shape), along[name].attrs) for name in ("member", "failure")}
+        orders = [_order(values) for values in sweep.axes]
+        for key, values, places in zip(sweep.keys, sweep.axes, orders, strict=True):
+            coords[variable_name(key)] = _parameter(key, [values[place] for place in places], variable_name(key))
+        dims, order = tuple(coords), order.reshape([len(values) for values in sweep.axes])[np.ix_(*orders)]
+        coords |= {name: (dims, along[name].values[order], along[name].attrs) for name in ("member", "failure")}
     else:
-        coords = _along_members(sweep, failures)
+        coords = along
     for dim, labels in layout.labels.items():
         coords[dim] = (dim, np.array(labels), layout.described[dim])
     if len(times):
@@ -256,7 +256,7 @@ def _skeleton(
         "failed_members": len(failures),
     }
     costs = {
-        name: (dims, taken[:, place].reshape(shape), {"units": unit, "long_name": text})
+        name: (dims, taken[order, place], {"units": unit, "long_name": text})
         for place, (name, (unit, text)) in enumerate(_TAKEN.items())
     }
     return xr.Dataset(costs, coords, attrs)
@@ -320,4 +320,12 @@ def _variable(target: netCDF4.Dataset, sweep: Sweep, layout: _Layout, name: str)
 def _place(sweep: Sweep, number: int) -> tuple[int, ...]:
     if sweep.kind != GRID:
         return (number,)
-    return tuple(int(index) for index in np.unravel_index(number, [len(axis) for axis in sweep.axes]))
+    places = np.unravel_index(number, [len(axis) for axis in sweep.axes])
+    return tuple(int(np.argmax(_order(axis) == place)) for axis, place in zip(sweep.axes, places, strict=True))
+
+
+def _order(values: Sequence[Any]) -> np.ndarray:
+    """The values of an axis in the order of its coordinate: numbers that go up and down are sorted, for xarray."""
+    array, unit = coordinate(values)
+    steps = np.diff(array) if unit is not None else np.ones(1)
+    return np.arange(len(values)) if (steps > 0).all() or (steps < 0).all() else np.argsort(array, kind="stable")

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from astroinertia.cli.main import main
+from astroinertia.cli.stop import interruption_message
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
 
 ROOT = Path(__file__).parents[3]
@@ -94,6 +95,13 @@ def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     printed = capsys.readouterr().out
     assert "gravity" in printed
     assert "not listed" in printed
+
+
+def test_commands_that_are_suggested_can_be_copied_whatever_a_file_is_called(elsewhere, capsys):
+    assert main(["new", "my star.toml"]) == 0
+    assert capsys.readouterr().out.endswith("astroinertia plan 'my star.toml'\n")
+    stopped = interruption_message(RunInterrupted(Path("runs/my star"), 0.0, 1.0, "Ctrl-C"))
+    assert stopped.endswith("astroinertia resume 'runs/my star'")
 
 
 def test_new_leaves_an_existing_file_alone(elsewhere, capsys):

@@ -129,6 +129,9 @@ def test_overrides_reach_members_and_the_sweep_itself():
         ('bodi.mass = ["1 Msun"]', "is not a known key; did you mean 'bodies'"),
         ('name = ["a", "b"]', "line 4: [sweep] name cannot vary"),
         ('"body.mass" = ["1 Msun", "1 Msun"]', "twice"),
+        ('"body.radius" = ["1 km", "1000 m"]', "has the value"),
+        ('"body.index" = [1.5, "3/2"]', "twice"),
+        ('"body.index" = [1, 1.0]', "twice"),
         ('"body.mass" = []', "at least one value"),
         ('"body.mass" = "1 Msun"', "must be a list of values, a range"),
         ('"body.mass" = {start = "1 Msun", stop = "2e33 kg", number = 4}', "give both in the same unit"),
@@ -194,6 +197,8 @@ def test_coordinates_are_in_si_or_texts():
     assert unit == "m" and values.tolist() == [5e5, 1e6]
     values, unit = coordinate([1, 2.5])
     assert unit == "1" and values.tolist() == [1.0, 2.5]
+    values, unit = coordinate(["3/2", 2])
+    assert unit == "1" and values.tolist() == [1.5, 2.0]
     values, unit = coordinate(["rigid", "scaling"])
     assert unit is None and values.tolist() == ["rigid", "scaling"]
     values, unit = coordinate([[1, 2], [3, 4]])

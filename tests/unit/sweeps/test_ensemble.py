@@ -102,6 +102,24 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
 
 
+def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tmp_path, capsys):
+    text = '"body.mass" = ["2 Msun", "1 Msun", "3 Msun"]\n"body.rotation.period" = ["20 s", "10 s"]'
+    place = tmp_path / "sorted"
+    ensemble.run_sweep(made(text), place)
+    found = astroinertia.open(place)
+    np.testing.assert_allclose(found["body_mass"] / SOLAR_MASS, [1.0, 2.0, 3.0])
+    assert found["body_rotation_period"].values.tolist() == [20.0, 10.0]
+    assert found["member"].values.tolist() == [[2, 3], [0, 1], [4, 5]]
+    np.testing.assert_allclose(found["mass"].isel(time=0, body_rotation_period=0), found["body_mass"])
+    near = found["inertia_tensor"].sel(body_mass=1.1 * SOLAR_MASS, method="nearest").sel(body_rotation_period=10.0)
+    alone = astroinertia.open(place / member(3))
+    np.testing.assert_array_equal(near, alone["inertia_tensor"])
+    rows = cli_sweep.summary(place)
+    for number in range(6):
+        end = astroinertia.open(place / member(number))["inertia_tensor"].sel(i="z", j="z").values[-1]
+        assert f"{end:.6g}" in next(row for row in rows if row.startswith(member(number)))
+
+
 def test_members_are_a_tree(grid):
     place, _ = grid
     tree = astroinertia.open_sweep(place)
