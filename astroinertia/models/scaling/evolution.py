@@ -218,8 +218,11 @@ class Scaling:
         """What the progress line shows."""
         energies = self._energies(*self._now)
         largest = max(1e-300, *(abs(value) for value in energies.values()))
-        # What torques and a prescribed size have done is no error.
-        outside = [*self._now[2].values(), self._works(energies, self._now[2])[-1]]
+        # What torques and a prescribed size have done is no error, nor what pressure has where heat is not known.
+        works = self._works(energies, self._now[2])
+        outside = [*self._now[2].values(), works[-1]]
+        if "pressure" in self.names and math.isnan(self._internal(self._now[0].scale)):
+            outside.append(works[self.names.index("pressure")])
         densest = self.body.density_max / self._now[0].scale ** 3
         return Figures(sum(energies.values()) - sum(outside), largest, math.nan, densest)
 
@@ -246,7 +249,7 @@ class Scaling:
             heating=np.array([0.0 - effect_work if name == "pressure" else 0.0
                               for name, effect_work in zip(self.effects, done, strict=True)]),
             kinetic_energy=energies["kinetic"],
-            internal_energy=math.nan if body.pressure is None else body.pressure.energy(scale),
+            internal_energy=self._internal(scale),
             gravitational_energy=energies["potential"] if body.gravity_tensor is not None else math.nan,
             potential_energy=energies["potential"], total_energy=total,
             integration_energy_error=total - sum(self._opening.values()) - sum(work.values()) if self.free else 0.0,
@@ -295,12 +298,16 @@ class Scaling:
     def _energies(self, size: Size, momentum: np.ndarray, _: dict[str, float]) -> dict[str, float]:
         body = self.body
         radial = 0.5 * size.rate**2 * float(np.trace(body.second_moment))
-        internal = body.pressure.energy(size.scale) if body.pressure is not None else 0.0
+        internal = self._internal(size.scale)
         return {
             "kinetic": radial + body.rotational_energy(momentum, size.scale),
             "internal": 0.0 if math.isnan(internal) else internal,
             "potential": body.gravitational_energy / size.scale,
         }
+
+    def _internal(self, scale: float) -> float:
+        """The internal energy; NaN where no equation of state tells it."""
+        return math.nan if self.body.pressure is None else self.body.pressure.energy(scale)
 
     def _works(self, energies: dict[str, float], work: dict[str, float]) -> np.ndarray:
         # Kinetic energy that each effect has given; what is left has been done by what holds the shape and the size.

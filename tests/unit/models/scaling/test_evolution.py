@@ -71,6 +71,8 @@ def test_the_ledger_closes(name):
     opening = evolution(SCENES[name]).record(None)
     assert now["work"].sum() == pytest.approx(now["kinetic_energy"] - opening["kinetic_energy"], abs=1e-12)
     assert abs(now["integration_energy_error"]) < 1e-12
+    at_first, at_last = evolution(SCENES[name]).figures(), body.figures()  # of the progress line
+    assert abs(at_last.total_energy - at_first.total_energy) < 1e-11 * at_last.energy_scale
     assert body.effects[-1] == RIGIDITY and len(now["virial_tensor"]) == len(body.effects)
     if name in ("pulsating", "integrated", "falling"):
         # The row that keeps the shape does no work and has no share in the scalar virial.
