@@ -3,6 +3,8 @@
 Printing is left to main.py.
 """
 
+import argparse
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,9 +14,17 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
 
 
+def minutes(text: str) -> float:
+    """The number of an option of minutes, which is above 0."""
+    with suppress(ValueError):
+        if (number := float(text)) > 0.0:
+            return number
+    raise argparse.ArgumentTypeError(f"'{text:.40}' is no number above 0")
+
+
 def add_arguments(add: Add) -> None:
     """Add how long a run may take whose settings are chosen, and whether it has error bars."""
-    add("--minutes", type=float, default=60.0, metavar="M",
+    add("--minutes", type=minutes, default=60.0, metavar="M",
         help="wall time that the run may take where the scene asks for an accuracy (accuracy = 1e-3) and its settings "
         "are chosen; where it would take longer, that is reported with the cost (default: 60)")  # fmt: skip
     add("--error-bars", dest="overrides", action="append_const", const="output.error_bars=true",
@@ -28,11 +38,8 @@ def chosen(scene: "Scene", folder: Path, minutes: float, say: Say) -> "Scene":
         return scene
     from astroinertia.accuracy.choice import choose, pilots_beside
     from astroinertia.engines import hosts
-    from astroinertia.errors import SceneError
 
     hosts.must_be_alone("the choice of settings for an accuracy")
-    if not minutes > 0.0:
-        raise SceneError("--minutes must be a number above 0.")
     say(f"{scene.name}: settings are chosen for an accuracy of {scene.accuracy:g}")
     choice = choose(scene, pilots_beside(folder), minutes, lambda label: say(f"  pilot: {label}"))
     for text in choice.scene.choice.values():

@@ -375,7 +375,9 @@ def _branch(options: Options) -> int:
     from astroinertia.run.branch import branch
 
     if cli_sweep.is_folder(options.run):
-        raise SceneError(f"{options.run} is a sweep; branch one of its members, which are runs in members/.")
+        from astroinertia.scene.sweep import member
+
+        raise SceneError(f"{options.run} is a sweep; branch one of its members, such as {options.run / member(0)}.")
     with Meter(_Console(highlight=False)) as meter:
         result = branch(
             options.run, options.output, options.at, options.overrides,

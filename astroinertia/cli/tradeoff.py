@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from astroinertia.cli.choice import minutes
 from astroinertia.cli.parser import Add, Options
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 def add_arguments(add: Add) -> None:
     """Add the options of `tradeoff`, beside those of every scene."""
-    add("--minutes", type=float, default=5.0, metavar="M",
+    add("--minutes", type=minutes, default=5.0, metavar="M",
         help="wall time to spend, at about; what was run before in the folder costs nothing (default: 5)")  # fmt: skip
     add("--observable", action="append", default=[], metavar="NAME",
         help='what is judged: a series of the dataset and its labels, as in "inertia_tensor z z", flattening, '
@@ -28,12 +29,9 @@ def carry_out(scene: "Scene", options: Options, listener: Callable[["Standing"],
     """Run what the options ask for; the lines to print, and whether Ctrl-C ended it."""
     from astroinertia.accuracy import table
     from astroinertia.accuracy.tradeoff import carry_out as run
-    from astroinertia.errors import SceneError
     from astroinertia.plots import style
     from astroinertia.plots.tradeoff import tradeoff_figure
 
-    if not options.minutes > 0.0:
-        raise SceneError("--minutes must be a number above 0.")
     folder = options.output or Path("runs") / f"{scene.name}-tradeoff"
     outcome = run(scene, folder, options.minutes, options.observable, options.knob, listener)
     if not outcome.measured:

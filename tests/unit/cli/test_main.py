@@ -14,6 +14,7 @@ import pytest
 from astroinertia.cli.main import main
 from astroinertia.cli.stop import interruption_message
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
+from astroinertia.storage.archive import SWEEP
 
 ROOT = Path(__file__).parents[3]
 
@@ -95,6 +96,21 @@ def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     printed = capsys.readouterr().out
     assert "gravity" in printed
     assert "not listed" in printed
+
+
+@pytest.mark.parametrize("minutes", ["-1", "0", "nan", "2 h"])
+def test_minutes_are_a_number_above_0_whether_they_are_used_or_not(minutes, elsewhere, capsys):
+    assert main(["new", "star.toml"]) == 0
+    assert main(["run", "star.toml", f"--minutes={minutes}"]) == 2
+    assert f"argument --minutes: '{minutes}' is no number above 0" in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
+def test_a_branch_of_a_sweep_is_led_to_its_members(elsewhere, capsys):
+    Path("many").mkdir()
+    Path("many", SWEEP).write_text("{}")
+    assert main(["branch", "many", "--output", "other"]) == 2
+    assert "branch one of its members, such as many/member-0000." in capsys.readouterr().err
 
 
 def test_commands_that_are_suggested_can_be_copied_whatever_a_file_is_called(elsewhere, capsys):
