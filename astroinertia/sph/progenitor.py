@@ -6,7 +6,7 @@ Three formats are recognized by what the file holds:
             then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun)
     KEPLER  presupernova files of Woosley & Heger: names such as "cell outer total mass" at least two blanks apart, then
             "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there)
-    CSV     names with units in the first line that is not a comment (#), such as "radius (km), mass (Msun), omega
+    CSV     names with units in the first line that is not a comment (#), such as "radius (km), mass [Msun], omega
             (rad/s)"; rows either way round
 
 Radius and enclosed mass are those of the outer edge of a shell, as these codes have them; the density of a shell is its
@@ -23,7 +23,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.sph.profiles import Profile
-from astroinertia.storage.columns import check_there, plain_number
+from astroinertia.storage.columns import HEAD_WITH_UNIT, check_there, plain_number
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
 
 MAX_BYTES = 2**26
@@ -228,7 +228,8 @@ def _csv(lines: list[str]) -> Columns:
         raise ValueError("it is empty")
     columns: Columns = {}
     for k, title in enumerate(rows[0]):
-        parts = re.fullmatch(r"\s*(\w{1,40})\s*\(([^()]{1,40})\)\s*", title)
+        parts = HEAD_WITH_UNIT.fullmatch(title)
+        unit = "" if parts is None else (parts[2] or parts[3]).strip()
         if parts is None:
             raise ValueError(f"the column '{shown(title.strip())}' must be a name and a unit, such as \"radius (km)\"")
         kind = _ALIASES.get(parts[1].lower(), parts[1].lower())
@@ -239,11 +240,11 @@ def _csv(lines: list[str]) -> Columns:
         if values is None:
             raise ValueError(f"the column '{kind}' is empty")
         if CSV[kind] == "K":
-            if parts[2].strip() != "K":
+            if unit != "K":
                 raise ValueError("temperatures must be in K")
             columns[kind] = values
         else:
-            columns[kind] = values * quantity(f"1 {parts[2].strip()}", CSV[kind])
+            columns[kind] = values * quantity(f"1 {unit}", CSV[kind])
     return columns
 
 

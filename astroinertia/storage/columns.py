@@ -33,7 +33,7 @@ from astroinertia.units import quantity, shown
 MAX_BYTES = 2**30
 _MAX_LINE = 1024
 _MOST_PASSED = 100_000
-_HEAD = re.compile(r"\s*(\w{1,40})\s*(?:\[([^\[\]]{1,40})\]|\(([^()]{1,40})\))\s*")
+HEAD_WITH_UNIT = re.compile(r"\s*(\w{1,40})\s*(?:\[([^\[\]]{1,40})\]|\(([^()]{1,40})\))\s*")
 _ECSV = "# %ECSV"
 Read = tuple[dict[str, np.ndarray], bool]
 """Columns by name, in SI where their file states their units, and whether it does."""
@@ -151,7 +151,7 @@ def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str, 
     of_astropy = bool(comments) and comments[0].startswith(_ECSV)
     delimiter = " " if of_astropy and "# delimiter: ','" not in map(str.strip, comments) else ","
     heads = next(csv.reader([line], delimiter=delimiter), [])
-    parts = [_HEAD.fullmatch(head) if wanted.dimensions else None for head in heads]
+    parts = [HEAD_WITH_UNIT.fullmatch(head) if wanted.dimensions else None for head in heads]
     names = [wanted.named(head.strip() if part is None else part[1]) for head, part in zip(heads, parts, strict=True)]
     units = {name: part[2] or part[3] for name, part in zip(names, parts, strict=True) if part is not None}
     if of_astropy and wanted.dimensions:

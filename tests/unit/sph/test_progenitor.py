@@ -125,7 +125,7 @@ def test_csv_takes_any_units_and_either_order(tmp_path):
     for name, ordered in (("out", rows), ("in", rows[::-1])):
         file = tmp_path / f"{name}.csv"
         text = "\n".join(",".join(map(repr, map(float, row))) for row in ordered)
-        file.write_text(f"# a star\nradius (km), mass (Msun), pressure (dyn/cm2), j (cm2/s)\n{text}\n")
+        file.write_text(f"# a star\nradius (km), mass [Msun], pressure (dyn/cm2), j [ cm2/s ]\n{text}\n")
         found = read_progenitor(file)
         for column in ("mass", "radius", "pressure", "angular_velocity"):
             assert np.allclose(getattr(found, column), getattr(star, column), rtol=1e-12), column
