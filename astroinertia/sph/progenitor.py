@@ -6,8 +6,8 @@ Three formats are recognized by what the file holds:
             then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun)
     KEPLER  presupernova files of Woosley & Heger: names such as "cell outer total mass" at least two blanks apart, then
             "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there)
-    CSV     names with units in the first line that is not a comment (#), such as "radius (km), mass [Msun], omega
-            (rad/s)"; rows either way round
+    CSV     names with units in the first line that is not a comment (#), or in the comment right before numbers, such
+            as "radius (km), mass [Msun], omega (rad/s)"; rows either way round
 
 Radius and enclosed mass are those of the outer edge of a shell, as these codes have them; the density of a shell is its
 mass over its volume, and a column of densities is what that is checked against. Tests:
@@ -23,7 +23,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.sph.profiles import Profile
-from astroinertia.storage.columns import HEAD_WITH_UNIT, check_there, plain_number
+from astroinertia.storage.columns import HEAD_WITH_UNIT, check_there, is_number, plain_number
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
 
 MAX_BYTES = 2**26
@@ -223,9 +223,13 @@ def _recognised(names: list[str], rows: list[list[str]], table: dict) -> Columns
 
 
 def _csv(lines: list[str]) -> Columns:
-    rows = [line.split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not rows:
+    held = [k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    if not held:
         raise ValueError("it is empty")
+    rows = [lines[k].split(",") for k in held]
+    before = lines[held[0] - 1].strip() if held[0] else ""
+    if before.startswith("#") and is_number(rows[0][0]):  # as savetxt of NumPy writes the head
+        rows.insert(0, before.removeprefix("#").split(","))
     columns: Columns = {}
     for k, title in enumerate(rows[0]):
         parts = HEAD_WITH_UNIT.fullmatch(title)
@@ -244,7 +248,10 @@ def _csv(lines: list[str]) -> Columns:
                 raise ValueError("temperatures must be in K")
             columns[kind] = values
         else:
-            columns[kind] = values * quantity(f"1 {unit}", CSV[kind])
+            try:
+                columns[kind] = values * quantity(f"1 {unit}", CSV[kind])
+            except SceneError as error:
+                raise ValueError(f"the unit of {kind}: {error}") from None
     return columns
 
 

@@ -194,7 +194,8 @@ def plain_number(text: str) -> float:
     return float(text)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a text is a number (plain_number)."""
     try:
         plain_number(text)
     except ValueError:
@@ -215,7 +216,7 @@ def _limited(name: str, file: TextIO, comments: list[str] | None = None) -> Iter
         if not line:
             return
         if line.strip() and not line.startswith("#"):
-            if head and not begun and _is_number(line.split(",")[0]):
+            if head and not begun and is_number(line.split(",")[0]):
                 yield head
             begun = True
             yield line

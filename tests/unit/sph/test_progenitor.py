@@ -125,7 +125,8 @@ def test_csv_takes_any_units_and_either_order(tmp_path):
     for name, ordered in (("out", rows), ("in", rows[::-1])):
         file = tmp_path / f"{name}.csv"
         text = "\n".join(",".join(map(repr, map(float, row))) for row in ordered)
-        file.write_text(f"# a star\nradius (km), mass [Msun], pressure (dyn/cm2), j [ cm2/s ]\n{text}\n")
+        comment = "# " if name == "in" else ""
+        file.write_text(f"# a star\n{comment}radius (km), mass [Msun], pressure (dyn/cm2), j [ cm2/s ]\n{text}\n")
         found = read_progenitor(file)
         for column in ("mass", "radius", "pressure", "angular_velocity"):
             assert np.allclose(getattr(found, column), getattr(star, column), rtol=1e-12), column
@@ -162,6 +163,7 @@ def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
     [
         ("", "it is empty"),
         ("radius (km), mass\n1,2\n", "must be a name and a unit"),
+        ("radius (km), mass [km]\n" + "1,2\n" * 9, r"the unit of mass: '1 km' is not a mass"),
         ("radius (km), colour (m)\n1,2\n", "not one of radius"),
         ("radius (furlongs per hour), mass (kg)\n" + "1,2\n" * 9, "furlongs"),
         ("radius (m), mass (kg)\n" + "".join(f"{k + 1},{k + 1}\n" for k in range(5)), "5 shells"),
