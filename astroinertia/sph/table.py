@@ -32,7 +32,7 @@ from astroinertia.storage.columns import (
     scaled,
     unit_scales,
 )
-from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, split_units, split_vectors
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, is_netcdf, split_units, split_vectors
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 REQUIRED = ("mass", "x", "y", "z")
@@ -90,7 +90,10 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
         return _checked(path, snapshot[0], fewest, snapshot[1], True)
-    columns, stated = _READERS[suffix](path, COLUMNS)
+    reader = _READERS[suffix]
+    if suffix in HDF5_SUFFIXES and is_netcdf(path, (*REQUIRED, *_ALIASES), COLUMNS.what):
+        reader = _netcdf
+    columns, stated = reader(path, COLUMNS)
     return replace(_checked(path, columns, fewest, None, False), units=SI if stated else None)
 
 

@@ -50,6 +50,12 @@ def hdf5_columns(
         return split_vectors(name, numbers(path, name, columns, most)), split_units(_units(h5py, name, columns))
 
 
+def is_netcdf(path: Path, names: tuple[str, ...], what: str) -> bool:
+    """Whether a file was written as netCDF, with columns at its root: packed numbers and labels are told there."""
+    with opened(path, f"{what} {path}") as (h5py, file):
+        return "_NCProperties" in file.attrs and bool(members(h5py, f"{what} {path}", file, (*names, *VECTORS)))
+
+
 @contextmanager
 def opened(path: Path, name: str) -> Iterator[tuple[Any, Any]]:
     """h5py and the file, open for reading; whatever HDF5 finds wrong with it meanwhile becomes a SceneError."""

@@ -188,6 +188,23 @@ def test_a_scene_has_the_units_of_the_columns_of_its_table(tmp_path):
         assert 1e2 < length < 2e3
 
 
+@pytest.mark.parametrize("suffix", ["nc", "h5", "hdf5"])
+def test_what_netcdf_has_written_is_read_so_whatever_its_ending(tmp_path, suffix):
+    """Packed numbers, labels and fill values are what they stand for."""
+    labels = ["z", "y", "x"]
+    data = xr.Dataset(
+        {"mass": ("particle", VALUES[:, 0]), "position": (("particle", "i"), VALUES[:, 3:0:-1].copy())}, {"i": labels}
+    )
+    packed = {"dtype": "int32", "scale_factor": 1e-8, "_FillValue": -9}
+    data.to_netcdf(tmp_path / "p.nc", encoding={"position": packed})
+    path = (tmp_path / "p.nc").rename(tmp_path / f"p.{suffix}")
+    np.testing.assert_allclose(read_table(path).position, VALUES[:, 1:4], atol=1e-8)
+    data["position"][3, 0] = np.nan
+    data.to_netcdf(tmp_path / "q.nc", encoding={"position": packed})
+    with pytest.raises(SceneError, match="z of row 4 is not finite"):
+        read_table((tmp_path / "q.nc").rename(tmp_path / f"q.{suffix}"))
+
+
 def test_a_table_of_astropy_has_the_units_that_stand_beside_it(tmp_path):
     table = QTable({"mass": VALUES[:, 0] * u.Msun, "position": VALUES[:, 1:4] * u.km})
     table.write(tmp_path / "p.h5", path="particles", serialize_meta=True)
