@@ -31,13 +31,13 @@ def moments_series(
     """Mass, centre of mass, inertia tensor and principal axes of every snapshot.
 
     snapshots: opened lazily (xarray.open_dataset, open_mfdataset, a zarr store), with `position` (series, particle,
-    component) and `mass` (series, particle) or (particle,), in any units and in any order of dimensions; nothing else
-    is read. about: a fixed point (3,), in the unit of the positions or with units; the centre of mass of each snapshot
-    where none is given. tolerance: principal moments nearer than this share of the largest count as equal; axes are
-    continuous in time (principal.tracked_frame). buffer: bytes of particles to hold at a time; the next are read while
-    these are summed. netCDF's own cache, 64 MB a variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file
-    that holds many snapshots is unpacked again for every buffer: store one snapshot a chunk. ValueError for dimensions
-    or variables that are not there.
+    component) and `mass` (series, particle) or (particle,), in any units and in any order of dimensions, with
+    components in the order x, y, z or in that of their labels; nothing else is read. about: a fixed point (3,), in the
+    unit of the positions or with units; the centre of mass of each snapshot where none is given. tolerance: principal
+    moments nearer than this share of the largest count as equal; axes are continuous in time (principal.tracked_frame).
+    buffer: bytes of particles to hold at a time; the next are read while these are summed. netCDF's own cache, 64 MB a
+    variable, comes on top (netCDF4.set_chunk_cache). A chunk of the file that holds many snapshots is unpacked again
+    for every buffer: store one snapshot a chunk. ValueError for dimensions or variables that are not there.
 
     >>> series = moments_series(ds.inertia.snapshots)
     >>> print(bool(series.inertia_tensor[-1, 2, 2] < series.inertia_tensor[0, 2, 2]))  # the star falls together
@@ -91,7 +91,20 @@ def _arranged(snapshots: xr.Dataset, series: str, particle: str, component: str)
     if not position.sizes[series] or not position.sizes[particle]:
         raise ValueError("there are no snapshots, or no particles in them")
     order = [dim for dim in (series, particle) if dim in mass.dims]
-    return position.transpose(series, particle, component), mass.transpose(*order)
+    return _from_x_to_z(position, component).transpose(series, particle, component), mass.transpose(*order)
+
+
+def _from_x_to_z(position: xr.DataArray, component: str) -> xr.DataArray:
+    """Positions with their components in the order x, y, z, which labels may say otherwise."""
+    if component not in position.coords:
+        return position
+    labels = position[component].values
+    if labels.dtype.kind in "fiu" and (np.diff(labels) > 0).all():
+        return position
+    letters = [str(label).lower() for label in labels]
+    if sorted(letters) != ["x", "y", "z"]:
+        raise ValueError(f"the components of position are {', '.join(letters)}, and not x, y, z")
+    return position if letters == ["x", "y", "z"] else position.isel({component: np.argsort(letters)})
 
 
 def _read_ahead(

@@ -78,6 +78,20 @@ def test_dimensions_may_stand_in_any_order_and_masses_be_the_same_throughout():
     np.testing.assert_array_equal(found["inertia_tensor"], moments_series(given)["inertia_tensor"])
 
 
+def test_components_are_those_that_labels_say():
+    given = snapshots().assign_coords(i=list("xyz"))
+    for order in ([2, 0, 1], [1, 0, 2]):
+        found = moments_series(given.isel(i=order))
+        for name in ("inertia_tensor", "centre_of_mass", "principal_axes"):
+            np.testing.assert_allclose(found[name], moments_series(given)[name], atol=1e-14)
+    np.testing.assert_array_equal(
+        moments_series(given.assign_coords(i=[0, 1, 2]))["centre_of_mass"], moments_series(given)["centre_of_mass"]
+    )
+    for labels in (["r", "theta", "phi"], [2, 1, 0]):
+        with pytest.raises(ValueError, match="the components of position are"):
+            moments_series(given.assign_coords(i=labels))
+
+
 def test_single_precision_is_summed_in_double():
     given = snapshots(dtype=np.float32, shift=1000.0)
     exact = given.assign(position=given["position"].astype(float))
