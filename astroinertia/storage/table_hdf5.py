@@ -51,7 +51,7 @@ def hdf5_columns(
 
 
 def is_netcdf(path: Path, names: tuple[str, ...], what: str) -> bool:
-    """Whether a file was written as netCDF, with columns at its root: packed numbers and labels are told there."""
+    """Whether a file was written as netCDF, with columns at its root: packed numbers and labels are stated there."""
     with opened(path, f"{what} {path}") as (h5py, file):
         return "_NCProperties" in file.attrs and bool(members(h5py, f"{what} {path}", file, (*names, *VECTORS)))
 

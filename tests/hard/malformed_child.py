@@ -19,7 +19,7 @@ from pathlib import Path
 
 from astroinertia import dataset
 from astroinertia.cli.main import UNCLOSED, main as main_of_commands
-from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
+from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError, SceneWarning
 from astroinertia.interop.snapshots import snapshots_of
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.orbits import rebound_archive as orbits
@@ -72,6 +72,15 @@ def of_command(*arguments):
             raise ArchiveError(said.getvalue().removesuffix("\n"))
 
 
+def of_orbits(path):
+    """The snapshots of an archive that can be read; that others cannot is a warning, in one sentence."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        orbits.snapshots(path)
+    if wrong := [one for one in said if one.category is not SceneWarning or "\n" in str(one.message)]:
+        raise RuntimeError(str(wrong[0].message))
+
+
 READERS = {
     "resume": lambda path: of_command("resume", str(path)),
     "show": lambda path: of_command("show", str(path)),
@@ -84,7 +93,7 @@ READERS = {
     "matter": lambda path: moments(read_matter(path)),
     "equation": read_equation,
     "profile": lambda path: read_progenitor(path, 1.3),
-    "orbits": orbits.snapshots,
+    "orbits": of_orbits,
 }
 # The sentence of a reader whose callers make it one of the package's errors.
 OWN = {"orbits": ValueError, "matter": ValueError}
