@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.arranged import from_x_to_z
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.dataset.schema import label
 from astroinertia.observables.quantities import DERIVED, LABELS, RECORDED
@@ -66,11 +67,21 @@ def whole(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def with_absent(function: _F) -> _F:
-    """A function of a dataset, or of several, that is given them whole."""
+    """A function of a dataset, or of several, that is given them whole, with their components from x to z."""
 
     @functools.wraps(function)
     def of_whole(dataset: Any, *args: Any, **options: Any) -> Any:
         several = isinstance(dataset, list | tuple)
-        return function([whole(one) for one in dataset] if several else whole(dataset), *args, **options)
+        given = [_arranged(one) for one in dataset] if several else _arranged(dataset)
+        return function(given, *args, **options)
 
     return of_whole  # type: ignore[return-value]
+
+
+def _arranged(dataset: Any) -> Any:
+    """A dataset whole, with all that is left of its components in order: xarray lets anyone change it."""
+    dataset = whole(dataset)
+    complete = all(
+        sorted(map(str, dataset[dim].values.ravel())) == ["x", "y", "z"] for dim in ("i", "j") if dim in dataset.coords
+    )
+    return from_x_to_z(dataset) if complete else dataset

@@ -8,6 +8,7 @@ Test: tests/unit/studies/test_angular_momentum.py.
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.arranged import from_x_to_z
 from astroinertia.dataset.snapshots import present
 from astroinertia.process.quantities import with_quantities
 
@@ -22,6 +23,7 @@ def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.Dat
     >>> print(bool((j.diff("mass_share") >= 0).all()))  # in rising order of j
     True
     """
+    snapshots = from_x_to_z(snapshots)
     share = (np.arange(points) + 0.5) / points
     spectra = []
     for number in range(snapshots.sizes["snapshot_time"]):

@@ -90,6 +90,14 @@ def test_a_slight_wobble_is_drawn_by_itself():
     np.testing.assert_allclose(drawn.get_ydata(), expected, atol=1e-3)
 
 
+def test_a_picture_is_the_same_in_whatever_order_components_stand():
+    series = free_top(end=3.0, outputs=40)
+    figures = [attitude_figure(given) for given in (series, series.isel(i=[2, 0, 1], j=[1, 2, 0]))]
+    lines = [[line for axes in figure.axes for line in axes.lines] for figure in figures]
+    for one, other in zip(*lines, strict=True):
+        np.testing.assert_allclose(np.asarray(one.get_ydata()), np.asarray(other.get_ydata()), atol=1e-12)
+
+
 def test_round_off_is_not_drawn_as_a_wobble():
     panel = attitude_figure(free_top(**CASES["wobble"] | {"spin": (3e-16, 0.0, 1.0)})).axes[0]
     assert "Wobble" not in panel.get_title(loc="left") + panel.get_title()

@@ -25,6 +25,8 @@ def test_the_spectrum_of_a_rigid_sphere_is_mestels_and_stays_in_homologous_contr
     spin = np.cross([0.0, 0.0, 0.7], x)
     data = snapshots(np.ones(4000), (x + 5.0, spin + 9.0), (0.1 * x, 10.0 * spin))
     found = angular_momentum_spectrum(data)
+    named = data.assign_coords(i=list("xyz"))
+    xr.testing.assert_allclose(angular_momentum_spectrum(named.isel(i=[2, 0, 1])), found, rtol=1e-12)
     share = found.mass_share.values
     np.testing.assert_allclose(found[0], 0.7 * (1 - (1 - share) ** (2 / 3)), atol=0.02)
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-12)
