@@ -224,9 +224,11 @@ def _say(text: str, end: str = "\n") -> None:
 
 @contextmanager
 def _named() -> Iterator[None]:
-    """Say of an error that it is of the standard output."""
+    """Say of an error that it is of the standard output; that nobody reads on, as behind `head`, is none."""
     try:
         yield
+    except BrokenPipeError:
+        raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from error
 
