@@ -140,10 +140,12 @@ def whole(steps: Array) -> Array:
 
 def present_pace(body: Rigid, course: Course, until: Array) -> Array:
     """The largest angular frequency from now until a time, as the body is now but for its size."""
-    state = course.state
+    state, pair = course.state, 0.0
     if state.orbits is not None:
-        body = rigid.accompanied(body, two_way.at_pericentres(body.mass, body.companions.mass, state.orbits.value))
-    pace = rigid.pace(body, course.time, state.turning.value, state.angular_momentum.value)
+        mass, orbits = body.companions.mass, state.orbits.value
+        pair = two_way.fastest_pair(mass, orbits)
+        body = rigid.accompanied(body, two_way.at_pericentres(body.mass, mass, orbits))
+    pace = jnp.maximum(rigid.pace(body, course.time, state.turning.value, state.angular_momentum.value), pair)
     if body.change is None:
         return pace
     shares = np.linspace(0.0, 1.0, _SIZES_LOOKED_AT)

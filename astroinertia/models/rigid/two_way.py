@@ -66,6 +66,22 @@ def at_pericentres(body_mass: Array, mass: Array, orbits: Array) -> Array:
     return jnp.stack([place * closer, speed / closer])
 
 
+def fastest_pair(mass: Array, orbits: Array) -> Array:
+    """The largest rate at which two companions turn about each other: at their pericentre where they are bound."""
+    one, other = np.triu_indices(len(mass), 1)
+    if not len(one):
+        return jnp.zeros(())
+    place, speed = orbits[:, other] - orbits[:, one]
+    attraction, distance = mass[one] + mass[other], jnp.linalg.norm(place, axis=-1)
+    turning = jnp.cross(place, speed)
+    momentum = jnp.linalg.norm(turning, axis=-1)
+    bound = 0.5 * jnp.sum(speed**2, axis=-1) * distance < attraction
+    unit = jnp.where(bound, attraction, 1.0)[:, None]
+    eccentricity = jnp.linalg.norm(jnp.cross(speed, turning) / unit - place / distance[:, None], axis=-1)
+    nearest = jnp.where(bound, momentum**2 / (unit[:, 0] * (1.0 + eccentricity)), distance)
+    return jnp.max(momentum / nearest**2)
+
+
 def pulls(body_mass: Array, mass: Array, place: Array) -> Array:
     """Accelerations of companions relative to the body, (N, 3), by which all of them attract each other as points."""
     towards_body = -place / jnp.sum(place**2, axis=-1, keepdims=True) ** 1.5

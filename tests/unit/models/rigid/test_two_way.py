@@ -98,6 +98,24 @@ def test_steps_are_for_the_pericentre_wherever_companions_are():
         assert turning == pytest.approx(at_pericentre, rel=1e-12)
 
 
+@pytest.mark.slow
+def test_a_moon_of_a_companion_is_followed_however_slowly_the_body_turns():
+    """The body turns once in a hundred of its orbits: steps for the body, or for the planet, would not resolve them."""
+    with jax.enable_x64(True):
+        planet = Companion("planet", 0.01, semi_major_axis=1.0)
+        moon = Companion("its moon", 1e-6, "planet", semi_major_axis=0.03, eccentricity=0.3)
+        bodies = simulation(1.0, [planet, moon])
+        slow = coupled(bodies, np.full(3, 4e-4), QUATERNION, 1e-3 * MOMENTUM, Settings())
+        slow.advance(3.0)
+        bodies.integrate(3.0)
+        apart, expected = (place[1] - place[0] for place in (places(slow), states.present(bodies)[0]))
+        assert np.linalg.norm(apart - expected) < 1e-9 * np.linalg.norm(expected)
+        mass, orbits = states.masses(bodies)[1:], np.stack(states.present(bodies))
+        pericentre = 0.03 * 0.7
+        rate = np.sqrt(mass.sum() * 0.03 * (1 - 0.3**2)) / pericentre**2
+        assert two_way.fastest_pair(mass, orbits) == pytest.approx(rate, rel=0.1)
+
+
 @pytest.mark.full
 @pytest.mark.parametrize(("order", "few"), [(2, 20.0), (4, 15.0), (6, 12.0), (8, 20.0)])
 def test_orders_are_what_they_are_called(order, few):
