@@ -364,15 +364,11 @@ class Scene(Part, metaclass=_Called):
             raise ValueError("[orbit] says where the bodies are, so they must not have position or velocity.")
 
     def _has_what_its_regions_need(self) -> None:
-        masses: list[Any] = [getattr(body, "mass", None) for body in self.bodies or (self.body,)]
-        whole = float("inf") if None in masses else sum(masses)
         for name, region in self.regions.items():
             if self.model != "sph":
                 raise ValueError(
                     f"[regions.{name}] is a part of a body of particles, which {self.model} does not have."
                 )
-            if (region.innermost_mass or 0.0) > whole * (1.0 + 1e-9):
-                raise ValueError(f"[regions.{name}] innermost_mass is more than the whole mass, of which it is a part.")
             if region.bound and "gravity" not in self.effects:
                 raise ValueError(f"[regions.{name}] bound needs gravity among the effects.")
 
