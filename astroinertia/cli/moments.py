@@ -45,7 +45,7 @@ def add_arguments(add: Add) -> None:
     add(
         "--gravity-field", type=int, metavar="DEGREE", help="spherical harmonics of the gravity field up to this degree"
     )
-    add("--normalization", default="4pi", metavar="NAME", help="of these: 4pi, ortho, schmidt or unnorm (default: 4pi)")
+    add("--normalization", metavar="NAME", help="of these: 4pi, ortho, schmidt or unnorm (default: 4pi)")
     add("--principal-axes", action="store_true", help="these in the principal axes, z that of the largest moment")
     add("--plot", type=Path, metavar="FILE.png", help="draw the inertia ellipsoid with its polhodes")
     add("--json", action="store_true", help="print everything as JSON")
@@ -64,6 +64,9 @@ def report(options: Options) -> str:
 
     result.must_be_writable(options.plot, ".png")
     result.must_be_writable(options.output, ".nc")
+    if options.gravity_field is None and (options.principal_axes or options.normalization is not None):
+        given = "--principal-axes" if options.principal_axes else "--normalization"
+        raise SceneError(f"{given} is of spherical harmonics: ask for them by --gravity-field DEGREE.")
     units = PLAIN if options.units is None else _pair(options.units)
     axis = None if options.axis is None else AXES.get(options.axis) or _vector("--axis", options.axis)
     about = None if options.about is None else _vector("--about", options.about)
@@ -78,7 +81,7 @@ def report(options: Options) -> str:
             axis,
             size * radius if isinstance(radius, float) else radius,
             options.gravity_field,
-            options.normalization,
+            options.normalization or "4pi",
             options.principal_axes,
         )
     except ValueError as error:

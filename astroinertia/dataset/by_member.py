@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.errors import SceneError
+
 _OF_A_RUN = {"time", "i", "j"}
 
 
@@ -29,12 +31,14 @@ def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
     """A method of the accessor that answers for each member of a sweep by itself, along the sweep's dimensions.
 
     Arguments that are DataArrays may differ from member to member. Members without records, and times after a member's
-    end, are NaN. ValueError where no member has records.
+    end, are NaN. SceneError where there are no times, ValueError where no member has records.
     """
 
     @wraps(method)
     def answered(accessor: Any, *arguments: Any, **options: Any) -> Any:
         data, dims = accessor.dataset, swept(accessor.dataset)
+        if not data.sizes.get("time", 1):
+            raise SceneError("nothing is recorded in this dataset: it has no times.")
         if not dims:
             return method(accessor, *arguments, **options)
         recorded = data["mass"].notnull().transpose(*dims, "time").values

@@ -276,7 +276,10 @@ def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:
     if eccentricity >= 1.0:
         raise SceneError(f"precession_of: eccentricity of {shown(name)} must be below 1")
     node = number_of("node_period", "time", 0.0) if "node_period" in companion else math.inf
-    return _Orbit(name, own, axis, eccentricity, number_of("inclination", "angle", -math.inf), node)
+    inclination = number_of("inclination", "angle", -math.inf)
+    if abs(inclination) > math.pi:
+        raise SceneError(f"precession_of: inclination of {shown(name)} must be at most 180 deg")
+    return _Orbit(name, own, axis, eccentricity, inclination, node)
 
 
 def _number(name: str, value: Any, dimension: str, above: float) -> float:

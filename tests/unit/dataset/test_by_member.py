@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import astroinertia
+from astroinertia.errors import SceneError
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
@@ -93,3 +94,9 @@ def test_a_spin_means_the_same_in_every_member(runs):
     assert "whose axis moves" in rates.attrs["long_name"]
     np.testing.assert_array_equal(rates.isel(member=0, time=0), rates.isel(member=1, time=0))
     np.testing.assert_array_equal(rates.isel(member=0, time=slice(0, 1)), short.inertia.spin_rate(as_size=True))
+
+
+@pytest.mark.parametrize("name", ["spin_rate", "axis_moves", "rotation_limits"])
+def test_of_no_times_nothing_is_said(name, runs):
+    with pytest.raises(SceneError, match="nothing is recorded in this dataset"):
+        getattr(runs[0].isel(time=slice(0, 0)).inertia, name)()

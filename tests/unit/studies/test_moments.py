@@ -275,6 +275,8 @@ def test_the_command_draws(box, tmp_path, capsys):
         (["p.csv", "--snapshot", "0"], "no snapshots"),
         (["p.csv", "--gravity-field", "-1"], "the degree must be a whole number from 0 to 80, not -1"),
         (["p.csv", "--gravity-field", "2", "--normalization", "full"], "one of 4pi, ortho, schmidt, unnorm"),
+        (["p.csv", "--principal-axes"], "--principal-axes is of spherical harmonics"),
+        (["p.csv", "--normalization", "4pi"], "--normalization is of spherical harmonics"),
         (["point.csv", "--gravity-field", "2"], "the reference radius must be positive"),
         (["p.csv", "--plot", "p.gif"], "must be a .png file"),
         (["p.csv", "--output", "nowhere/p.nc"], "a folder that is there"),

@@ -226,6 +226,7 @@ def test_two_of_three_numbers_say_the_shape():
         ({"companions": [{"name": "Sun", "mass": "1 Msun"}]}, "needs a mass, and one of"),
         ({"companions": [{**SUN, "size": 3.0}]}, "has the key 'size'"),
         ({"companions": [{**SUN, "eccentricity": 1.2}]}, "eccentricity of Sun must be below 1"),
+        ({"companions": [{**SUN, "inclination": "200 deg"}]}, "inclination of Sun must be at most 180 deg"),
         (
             {"companions": [SUN, {**MOON, "semi_major_axis": "7000 km", "eccentricity": 0.1}]},
             r"Moon would come to 6\.3e\+06 m from the centre of the body, whose radius is 6\.378e\+06 m",
