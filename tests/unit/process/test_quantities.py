@@ -27,11 +27,10 @@ from astroinertia.bodies.neutron_star_fits import kepler_period
 from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.inertia import balancing, realise, shapes, spin, tensor
+from astroinertia.inertia import balancing, shapes, spin, tensor
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.jointed import Limb
 from astroinertia.inertia.prescribed import change
-from astroinertia.inertia.principal import principal_moments
 from astroinertia.inertia.rolling import flywheel_energy, spinning_disc_stress
 from astroinertia.inertia.target import target_energy_gradient
 from astroinertia.matter import planetary, rheology, tillotson
@@ -550,51 +549,6 @@ def test_a_star_is_sought_by_a_period_with_a_unit() -> None:
     solar = {"mass": 1 * u.Msun, "equatorial_radius": 1 * u.Rsun}
     found = rotating_star_with("period", 4 * u.hour, polytropic_matter(1.5), **solar)
     assert found.angular_velocity == pytest.approx(2.0 * np.pi / 14400.0, rel=1e-9)
-
-
-@pytest.mark.parametrize("unit", ["kg m2", "g cm2"])
-def test_a_series_with_any_order_of_dimensions_has_components_last_in_any_unit(unit: str) -> None:
-    scale = {"kg m2": 1.0, "g cm2": 1e7}[unit]
-    tensors = scale * np.array([np.diag([1.0, 2, 3]), np.diag([2.0, 3, 5]), np.diag([3.0, 4, 6])])
-    series = xr.DataArray(tensors, dims=("time", "i", "j"), attrs={"units": unit}).transpose("i", "j", "time")
-    np.testing.assert_allclose(principal_moments(series), [[1, 2, 3], [2, 3, 5], [3, 4, 6]])
-    rates = xr.DataArray(np.eye(3), dims=("time", "i"), attrs={"units": "rad s-1"}).transpose("i", "time")
-    np.testing.assert_allclose(spin.rotational_energy(series, rates), [0.5, 1.5, 3.0])
-
-
-def test_masses_and_velocities_go_by_their_dimensions_not_by_place() -> None:
-    random = np.random.default_rng(3)
-    mass, x, v = random.uniform(1, 2, (4, 4)), random.normal(size=(4, 4, 3)), random.normal(size=(4, 4, 3))
-    dims = ("time", "particle", "i")
-    position = xr.DataArray(x, dims=dims)
-    masses = xr.DataArray(mass, dims=dims[:2]).transpose()
-    velocity = xr.DataArray(v, dims=dims).transpose("i", "particle", "time")
-    np.testing.assert_allclose(tensor.inertia_tensor(masses, position), tensor.inertia_tensor(mass, x), rtol=1e-15)
-    np.testing.assert_allclose(
-        spin.angular_momentum(masses, position, velocity), spin.angular_momentum(mass, x, v), rtol=1e-15
-    )
-
-
-def test_series_of_other_times_do_not_go_together_and_axes_go_by_their_labels() -> None:
-    axes = ["x", "y", "z"]
-    at = {"time": [0.0, 1.0, 2.0], "i": axes}
-    tensors = xr.DataArray(
-        np.array([np.diag([1.0, 2, 3]), np.diag([2.0, 3, 5]), np.diag([3.0, 4, 6])]), dims=("time", "i", "j"),
-        coords=at | {"j": axes},
-    )  # fmt: skip
-    rates = xr.DataArray(np.eye(3), dims=("time", "i"), coords=at)
-    energies = spin.rotational_energy(tensors, rates)
-    np.testing.assert_allclose(spin.rotational_energy(tensors[..., ::-1], rates[:, [2, 0, 1]]), energies)
-    with pytest.raises(InputError, match="inertia and angular_velocity have different values of time"):
-        spin.rotational_energy(tensors.isel(time=[0, 1]), rates.isel(time=[1, 2]))
-
-
-def test_one_value_of_a_dataset_is_a_number_to_functions_of_arrays() -> None:
-    mass = xr.DataArray(np.array([2.0, 3.0]), dims="time", attrs={"units": "kg"}).isel(time=0)
-    inertia = xr.DataArray(np.diag([1.0, 1.2, 1.5]), dims=("i", "j"), attrs={"units": "kg m2"})
-    found, plain = (realise.point_masses(*given) for given in ((inertia, mass), (inertia.values, 2.0)))
-    for one, other in zip(found, plain, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-15)
 
 
 def test_an_array_where_one_number_is_meant_is_named() -> None:
