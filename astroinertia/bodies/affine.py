@@ -5,28 +5,28 @@ similar ellipsoids of S = F F^T. With Carlson's R_F of the squared semi-axes, in
 
     W = W_sphere R_F(S),    V = sum m x (x) a = W_sphere [gamma S + beta (tr(C) 1 - C) + alpha det(S) 1],
 
-C the cofactors of S. R_F depends on the three invariants of S only, and alpha, beta, gamma are its derivatives; so
-Carlson's duplication is carried out on the invariants. Nothing is divided by differences of axes, every sum is one of
-positive terms, and derivatives of any order exist for spheres and spheroids too, where eigenvectors have none.
+C the cofactors of S. R_F depends on the three invariants of S only, and alpha, beta, gamma are its derivatives: sums of
+positive terms, functions of the invariants. Nothing is divided by differences of axes, and derivatives of any order
+exist for spheres and spheroids too, where eigenvectors have none.
 
-Source: Carlson 1995, Numer. Algorithms 10, 13 (eqs. 2.1 to 2.10); DLMF 19.36.1; Roberts 1962, ApJ 136, 1108 (similar
-surfaces); Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, sections 18 and 22. Tests:
-tests/unit/bodies/test_affine.py.
+Source: Carlson 1995, Numer. Algorithms 10, 13; Roberts 1962, ApJ 136, 1108 (similar surfaces); Chandrasekhar 1969,
+Ellipsoidal Figures of Equilibrium, sections 18 and 22; Trefethen & Weideman 2014, SIAM Rev. 56, 385 (sums for
+integrals). Tests: tests/unit/bodies/test_affine.py.
 """
 
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from astroinertia.inertia.double_precision import double_precision
 
 Array = Any
 
-_DUPLICATIONS = 11  # each divides the spread of the arguments by four in the end: enough for axes as 1 to 1e12
-_NEWTON_STEPS = 6  # for the symmetric functions of the square roots, from a bound within a factor 3^(1/2)
-# Of the last series, in E_2 and E_3 (DLMF 19.36.1 to degree 7).
-_SERIES = (-1 / 10, 1 / 14, 1 / 24, -3 / 44, -5 / 208, 3 / 104, 1 / 16)
+_LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/step) = 1e-21
+# From where u is 1e-16 of the smallest squared semi-axis, down to 1e-24, to where u^(-3/2) is beneath round-off.
+_NODES = np.exp(_LOG_STEP * np.arange(-248, 67))
 
 
 @double_precision()
@@ -124,74 +124,34 @@ def volume_ratio(deformation: Array) -> Array:
 
 
 def first_integral(first: Array, second: Array, third: Array) -> Array:
-    """Return R_F(x, y, z) from x + y + z, xy + yz + zx and xyz, numbers above 0.
+    """Return R_F(x, y, z) from x + y + z, xy + yz + zx and xyz, numbers above 0; z is at least 1e-24 of the sum.
 
-    R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity. Every duplication takes
-    x to (x + lambda)/4 with lambda = (xy)^(1/2) + (yz)^(1/2) + (zx)^(1/2), and the invariants with them. Source:
-    Carlson 1995, eqs. 2.1 to 2.10. Test: tests/unit/bodies/test_affine.py.
+    R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity; it is of degree -1/2, and so the sum
+    of its derivatives. Source: Carlson 1995, eq. 1.1; DLMF 19.18.5 (Euler's relation). Test:
+    tests/unit/bodies/test_affine.py.
 
     >>> print(f"{first_integral(3.0, 3.0, 1.0):.5f}")  # R_F(1, 1, 1)
     1.00000
     """
-
-    def duplicate(invariants: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
-        one, two, three = invariants
-        shift = _root_products(one, two, three)
-        return (
-            (one + 3 * shift) / 4,
-            (two + shift * (2 * one + 3 * shift)) / 16,
-            (three + shift * (two + shift * (one + shift))) / 64,
-        ), None
-
-    (first, second, third), _ = jax.lax.scan(duplicate, (first, second, third), None, length=_DUPLICATIONS)
-    mean = first / 3
-    pairs = second / mean**2
-    two, three = pairs - 3, pairs - third / mean**3 - 2
-    terms = (two, three, two**2, two * three, two**3, three**2, two**2 * three)
-    return (1 + sum(factor * term for factor, term in zip(_SERIES, terms, strict=True))) / jnp.sqrt(mean)
+    alpha, beta, gamma = symmetric_integrals(first, second, third)
+    return gamma * first + 2 * beta * second + 3 * alpha * third
 
 
 def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Array, Array, Array]:
     """Return alpha, beta, gamma = 1/2 integral of 1, u, u^2 times ((x + u)(y + u)(z + u))^(-3/2) du.
 
     Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
-    R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Test: tests/unit/bodies/test_affine.py.
+    R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Source: Trefethen & Weideman 2014 (the trapezoidal rule over
+    ln u, which converges geometrically). Test: tests/unit/bodies/test_affine.py.
 
     >>> alpha, beta, gamma = symmetric_integrals(*jnp.array([3.0, 3.0, 1.0]))
     >>> print(f"{3 * (gamma + 2 * beta + alpha):.4f}")  # R_D(1, 1, 1)
     1.0000
     """
-
-    def along(direction: Array) -> Array:
-        return jax.jvp(first_integral, (first, second, third), tuple(direction))[1]
-
-    gamma, beta, alpha = -2 * jax.vmap(along)(jnp.eye(3, dtype=first.dtype))
-    return alpha, beta, gamma
-
-
-@jax.custom_jvp
-def _root_products(first: Array, second: Array, third: Array) -> Array:
-    # t = (xy)^(1/2) + ... from t^2 = e_2 + 2 e_3^(1/2) s, s^2 = e_1 + 2 t with s the sum of the roots. Newton's method
-    # on the convex t^2 - e_2 - 2 (e_3 (e_1 + 2 t))^(1/2) from above, where (3 e_2)^(1/2) is: it cannot overshoot.
-    product = jnp.sqrt(third)
-    pairs = jnp.sqrt(3 * second)
-    for _ in range(_NEWTON_STEPS):
-        roots = jnp.sqrt(first + 2 * pairs)
-        slope = pairs - product / roots
-        # The step is written so that what comes out is a sum of positive terms.
-        pairs = (0.5 * (pairs**2 + second) + product * (first + pairs) / roots) / slope
-    return pairs
-
-
-@_root_products.defjvp
-def _(primals: tuple, tangents: tuple) -> tuple:
-    # The derivative of the two equations of the solution, in closed form, and so differentiable again.
-    pairs = _root_products(*primals)
-    first, _, third = primals
-    product, roots = jnp.sqrt(third), jnp.sqrt(first + 2 * pairs)
-    by_first, by_third = product / roots, roots / product
-    change = by_first * tangents[0] + tangents[1] + by_third * tangents[2]
-    return pairs, change / (2 * (pairs - by_first))
+    u = first * _NODES
+    product = ((u + first) * u + second) * u + third
+    weight = 0.5 * _LOG_STEP * u / (product * jnp.sqrt(product))
+    return jnp.sum(weight), jnp.sum(weight * u), jnp.sum(weight * u**2)
 
 
 def _elementary(values: Array) -> tuple[Array, Array, Array]:

@@ -22,10 +22,7 @@ from astroinertia.process.quantities import with_quantities
 
 Array = Any
 Acceleration = Callable[[Array, Array], Array]
-"""d2F/dt2 of F and dF/dt, complex ones too."""
-
-_POINTS = 16  # of the circle of complex times
-_CIRCLE = 0.2  # its radius, over the time in which the body changes
+"""d2F/dt2 of F and dF/dt."""
 
 
 @double_precision()
@@ -139,42 +136,28 @@ def second_moment_derivatives(
 ) -> tuple[Array, ...]:
     """Return the first to the fifth time derivative of Q, (3, 3) each, along the motion with that acceleration.
 
-    acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates. Its own derivatives are means over a circle
-    of complex times, one order after the other: to 1e-11 of the body's rates. Source: Lyness & Moler 1967, SIAM J.
-    Numer. Anal. 4, 202. Test: tests/unit/bodies/test_affine_motion.py.
+    acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates: each derivative of it gives F one more, by
+    which the next is taken. Source: Griewank & Walther 2008, Evaluating Derivatives, ch. 13. Test:
+    tests/unit/bodies/test_affine_motion.py.
 
     >>> with jax.enable_x64(True):
     ...     swing = second_moment_derivatives(np.eye(3), np.zeros((3, 3)), 1.0, lambda matrix, rate: -matrix)  # cos(t)
     >>> print([round(float(each[0, 0]), 6) + 0.0 for each in swing])  # of Q = cos(t)^2
     [0.0, -2.0, 0.0, 8.0, 0.0]
     """
-    first = acceleration(deformation, rate)
-    inverse = cofactor(deformation).T / volume_ratio(deformation)
-    pace = jnp.sqrt(jnp.sum((rate @ inverse) ** 2) + jnp.sqrt(jnp.sum((first @ inverse) ** 2)))
-    # Upper half of the circle: the lower one has the conjugate values.
-    half = jnp.arange(_POINTS // 2 + 1)
-    times = _CIRCLE / pace * jnp.exp(2j * jnp.pi * half / _POINTS)
-    weights = jnp.where((half == 0) | (half == _POINTS // 2), 1.0, 2.0) / _POINTS
-    orders = jnp.arange(6)
-
-    def next_order(order: Array, coefficients: Array) -> Array:
-        def along(time: Array) -> Array:
-            powers = time**orders
-            moving = orders[1:, None, None] * coefficients[1:]
-            return acceleration(jnp.tensordot(powers, coefficients, 1), jnp.tensordot(powers[:-1], moving, 1))
-
-        coefficient = jnp.tensordot(weights * times**-order, jax.vmap(along)(times), 1).real
-        return coefficients.at[order + 2].set(coefficient / ((order + 1) * (order + 2)))
-
-    nothing = jnp.zeros((3, 3))
-    coefficients = jnp.stack([deformation, rate, first / 2, nothing, nothing, nothing])
-    coefficients = jax.lax.fori_loop(1, 4, next_order, coefficients)
+    known, next_one = [deformation, rate], acceleration
+    for _ in range(4):
+        known.append(next_one(*known))
+        next_one = _in_time(next_one)
     return tuple(
-        second_moment
-        * math.factorial(order)
-        * sum(coefficients[k] @ coefficients[order - k].T for k in range(order + 1))
+        second_moment * sum(math.comb(order, k) * known[k] @ known[order - k].T for k in range(order + 1))
         for order in range(1, 6)
     )
+
+
+def _in_time(function: Callable) -> Callable:
+    """The time derivative of a function of something and its derivatives, of which it takes one more."""
+    return lambda *known: jax.jvp(function, known[:-1], known[1:])[1]
 
 
 @double_precision()

@@ -51,7 +51,7 @@ def test_derivatives_of_the_moments_of_a_jacobi_ellipsoid():
         phase = order * np.pi / 2
         wanted = np.zeros((3, 3))
         wanted[:2, :2] = [[np.cos(phase), np.sin(phase)], [np.sin(phase), -np.cos(phase)]]
-        np.testing.assert_allclose(derivative, (2 * spin) ** order * half * wanted, atol=1e-13)
+        np.testing.assert_allclose(derivative, (2 * spin) ** order * half * wanted, atol=1e-14)
 
 
 @pytest.mark.slow
