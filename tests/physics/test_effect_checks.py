@@ -108,7 +108,7 @@ def beside(problem: Problem) -> dict[str, Any]:
     return {
         "companions": PointMasses(mass, place, 0.1 * place[::-1], xp.asarray(0.1)),
         "sinks": replace(no_sinks(0.2, PARTICLES), **sink),
-        "radiation_reaction": Waves(-one, one, none, none, one, 16.0 * one, 4.0 * one),
+        "radiation_reaction": Waves(-one, one, none, none, np.ones(2), np.full(2, 16.0), 4.0 * one),
     }
 
 

@@ -19,7 +19,7 @@ class Waves:
     """How fast a body's quadrupole changes: dQ/dt and d2Q/dt2 without trace at the last steps, and running means.
 
     first (3, 3) is of `time`, second (3, 3) of the middle of the last step, `last` long; first_square and third_square
-    are the means of |dQ/dt|^2 and |d3Q/dt3|^2; steps is their number, up to those that a third derivative needs.
+    (2,) are the running means of |dQ/dt|^2 and |d3Q/dt3|^2, and the running means of these; steps is their number.
     """
 
     time: Any
@@ -39,9 +39,19 @@ class Waves:
         return self
 
     def frequency_to_the_fourth(self, xp):
-        """<|d3Q/dt3|^2> / <|dQ/dt|^2>: omega^4 of a wave of one frequency."""
-        moving = self.first_square > 0.0
-        return xp.where(moving, self.third_square / xp.where(moving, self.first_square, 1.0), 0.0)
+        """<|d3Q/dt3|^2> / <|dQ/dt|^2>: omega^4 of a wave of one frequency, as it is now.
+
+        A running mean is that of some time ago, and one of it of as long before: from their ratio what it is now.
+        """
+        moving = xp.min(self.first_square) > 0.0
+        once, twice = xp.where(moving, self.third_square / xp.where(moving, self.first_square, 1.0), 0.0)
+        return xp.where(twice > 0.0, once * once / xp.where(twice > 0.0, twice, 1.0), once)
+
+
+def averaged(xp, means, value, share):
+    """A running mean that takes in a share of the value, and one that takes in as much of the mean, (2,)."""
+    once = means[0] + share * (value - means[0])
+    return xp.stack([once, means[1] + share * (once - means[1])])
 
 
 def without_trace(xp, tensor):
@@ -83,8 +93,8 @@ class RadiationReaction(Effect):
 
     def initial_history(self, xp):
         """Nothing known yet."""
-        zero, none = xp.zeros(()), xp.zeros((3, 3))
-        return Waves(zero, zero, none, none, zero, zero, zero)
+        zero, none, means = xp.zeros(()), xp.zeros((3, 3)), xp.zeros(2)
+        return Waves(zero, zero, none, none, means, means, zero)
 
     def history(self, xp, fluid):
         """The waves with what is seen now: differences over the last two steps."""
@@ -99,15 +109,16 @@ class RadiationReaction(Effect):
         # Two differences need three steps. The velocities of the first are not predicted, as those of all others are.
         enough = waves.steps >= UNSEEN
         period = 2.0 * math.pi / xp.maximum(waves.frequency_to_the_fourth(xp), 1e-300) ** 0.25
-        share = xp.where(waves.steps > UNSEEN, xp.minimum(dt / (PERIODS * period), 1.0), 1.0)
+        # At first the mean is that of all there is.
+        share = xp.maximum(xp.minimum(dt / (PERIODS * period), 1.0), 1.0 / xp.maximum(waves.steps - UNSEEN + 1.0, 1.0))
         seen = Waves(
             time=fluid.time,
             last=dt,
             first=first,
             second=second,
-            first_square=xp.where(enough, waves.first_square + share * (squares[0] - waves.first_square), 0.0),
-            third_square=xp.where(enough, waves.third_square + share * (squares[1] - waves.third_square), 0.0),
-            steps=xp.minimum(waves.steps + 1.0, UNSEEN + 1.0),
+            first_square=xp.where(enough, averaged(xp, waves.first_square, squares[0], share), 0.0),
+            third_square=xp.where(enough, averaged(xp, waves.third_square, squares[1], share), 0.0),
+            steps=waves.steps + 1.0,
         )
         later = (dt > 0.0) | (waves.steps == 0.0)
         return Waves(*(xp.where(later, getattr(seen, f.name), getattr(waves, f.name)) for f in fields(Waves)))
