@@ -52,9 +52,9 @@ SHIPPED_MACHINE = "a 2-core x86-64 machine"
 PRECISIONS = ("mixed", "float64")
 SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "start": (2.6, 2.7),
-    "prepare.ellipsoid": (4.6, 6.1),
-    "step.ellipsoid": (0.0003, 0.00056),
-    "record.ellipsoid": (0.0018, 0.0024),
+    "prepare.ellipsoid": (4.0, 5.3),
+    "step.ellipsoid": (0.00011, 0.00021),
+    "record.ellipsoid": (0.0013, 0.0017),
     "record.scaling": (0.00021, 0.00022),
     "prepare.splitting": (2.4, 3.1),
     "step.splitting": (6.1e-06, 6.1e-06),
