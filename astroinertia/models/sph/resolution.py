@@ -19,15 +19,17 @@ def resolution(
 ) -> dict[str, float]:  # fmt: skip
     """What is recorded: core_particles, jeans_ratio and smoothing_to_thickness; NaN where it has no meaning.
 
-    jeans_ratio is the least Jeans mass over that of two neighbourhoods, 2 `neighbours` m, of the denser half of the
-    particles: at the surface of any star the Jeans mass goes to zero, and nothing fragments there. It needs the
-    pressure of a gas (None where there is none, or no gravity).
+    jeans_ratio is the Jeans mass over that of two neighbourhoods, 2 `neighbours` m, of the denser half of the
+    particles: at the surface of any star the Jeans mass goes to zero, and nothing fragments there. Of as many particles
+    as two neighbourhoods have, alike in density, the median counts, as some may be at a surface that is as dense as the
+    rest; and of these the least. It needs the pressure of a gas (None where there is none, or no gravity).
     """
     ratio = np.nan
     if pressure is not None:
-        dense = density >= np.median(density)
+        dense = np.argsort(density)[len(density) // 2 :]
         ratios = jeans_mass(pressure[dense] / density[dense], density[dense]) / (2.0 * neighbours * mass[dense])
-        ratio = float(ratios.min())
+        groups = np.array_split(ratios, max(1, int(len(dense) / (2.0 * neighbours))))
+        ratio = float(min(map(np.median, groups)))
     thinnest = max(float(np.linalg.eigvalsh(second_moment)[0]), 0.0)
     thickness = np.sqrt(5.0 * thinnest / mass.sum())
     return {

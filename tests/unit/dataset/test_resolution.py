@@ -53,6 +53,13 @@ def test_what_is_recorded():
     assert np.isnan(cold["jeans_ratio"]) and np.isnan(cold["smoothing_to_thickness"])
 
 
+def test_a_surface_without_pressure_that_is_as_dense_as_the_rest_is_no_fragment():
+    density, pressure = 1.0 + 0.01 * np.random.default_rng(2).uniform(size=400), np.full(400, 0.2)
+    pressure[::4] = 1e-9
+    found = resolution(np.full(400, 0.0025), density, pressure, np.full(400, 0.1), np.eye(3), 20.0)["jeans_ratio"]
+    assert found == pytest.approx(float(jeans_mass(np.array(0.2), np.array(1.0))) / (40 * 0.0025), rel=0.03)
+
+
 def test_each_warning_comes_where_it_should_and_says_what_to_change():
     fine = {
         "core_particles": np.full(3, 500.0),
