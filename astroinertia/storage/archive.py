@@ -27,8 +27,8 @@ import numpy as np
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.storage import manifest as manifests
 from astroinertia.storage.atomic import (
-    TEMPORARY,
     check,
+    meant_for,
     missing,
     read_arrays,
     read_json,
@@ -348,8 +348,8 @@ class Archive:
         strays = [
             path
             for path in self.folder.iterdir()
-            if (SAVED.fullmatch(stem := path.name.removesuffix(TEMPORARY)) and path.name not in listed)
-            or (path.name.endswith(TEMPORARY) and stem in whole)
+            if (SAVED.fullmatch(path.name) and path.name not in listed)
+            or ((meant := meant_for(path.name)) and (SAVED.fullmatch(meant) or meant in whole))
         ]
         for path in strays:
             path.unlink(missing_ok=True)

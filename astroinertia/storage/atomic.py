@@ -1,18 +1,20 @@
 """Files that are either whole or absent: written aside, synced to disk, renamed, and known by their hash.
 
 Folders may come from anywhere: what is read is bounded, and no link out of a folder is followed, to read or to write.
-Tests: tests/unit/storage/test_archive.py, tests/hard/test_crafted_results.py.
+Tests: tests/unit/storage/test_atomic.py, tests/unit/storage/test_archive.py, tests/hard/test_crafted_results.py.
 """
 
 import hashlib
 import json
 import math
 import os
+import re
+import secrets
 import shutil
 import stat
 import struct
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cached_property
 from pathlib import Path
@@ -26,6 +28,7 @@ from astroinertia.process import interrupts
 from astroinertia.storage.bounded import array_of, described, plain_text
 
 TEMPORARY = ".tmp"
+_ASIDE = re.compile(rf"(.+?)(\.[0-9a-f]{{16}})?{re.escape(TEMPORARY)}")  # older versions had no number in the name
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
 _ZIP_NAME_LENGTHS = 26  # where the header of a file in a zip tells the lengths of its name and what follows that
 _SCALARS = "scalars.json"
@@ -36,12 +39,12 @@ _MOST_VALUES = 2_000_000  # in a JSON file: an empty list takes 2 bytes there, a
 def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
     """Let `fill` write a file under a temporary name, sync it, give it its name, sync the folder; returns its sha256.
 
+    The temporary name is this call's own: of several that write the same path at once, the last to be whole stays.
     After a crash at any instant `path` is what it was before or what it is now, never half of it. Raises ArchiveError
     when the system refuses (no space, no permission); `path` stays as it was then.
     """
-    aside = path.with_name(path.name + TEMPORARY)
+    aside = path.with_name(f"{path.name}.{secrets.token_hex(8)}{TEMPORARY}")  # nobody can have put a link there
     try:
-        aside.unlink(missing_ok=True)  # a link that somebody put there would be written through
         with interrupts.leaving(lambda: _discard(aside)):
             fill(aside)
             with aside.open("rb") as written:
@@ -58,6 +61,23 @@ def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
         _discard(aside)
         raise
     return digest
+
+
+def meant_for(name: str) -> str | None:
+    """The file that one of this name was written aside for; None for a name that is no temporary one.
+
+    >>> print(meant_for("manifest.json.0123456789abcdef.tmp"), meant_for("manifest.json"))
+    manifest.json None
+    """
+    aside = _ASIDE.fullmatch(name)
+    return aside and aside[1]
+
+
+def remove_leftovers(folder: Path, names: Collection[str]) -> None:
+    """Remove what killed processes wrote aside for files of these names; only for who alone writes them."""
+    for path in folder.iterdir():
+        if meant_for(path.name) in names:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
 from astroinertia.scene.sweep import Sweep
 from astroinertia.storage.archive import locked
-from astroinertia.storage.atomic import write_whole
+from astroinertia.storage.atomic import remove_leftovers, write_whole
 from astroinertia.sweeps import combined, folder as folders
 from astroinertia.sweeps.cluster import by_cluster
 from astroinertia.sweeps.folder import SESSION, Failure
@@ -89,6 +89,7 @@ def run_sweep(
     folders.describe(sweep, folder)
     count = len(sweep.members)
     with closing(locked(folder)), _session(folder) as session:
+        remove_leftovers(folder, (SESSION, combined.path(sweep, folder).name))
         if workers > 1 or cluster is not None:
             deadline -= SECONDS_TO_CLOSE
         until = clock.time() + deadline - clock.monotonic()
