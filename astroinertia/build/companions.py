@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.schema import Scene
+from astroinertia.scene.source import file_of_scene
 from astroinertia.units import CodeUnits
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
         raise SceneError("[orbits] archive holds the companions, so [[companions]] must not be given with it.")
     refuse_archive(scene, units, mass)
     try:
-        return archive_ephemeris(Path(scene.origin or ".") / archive, end, scene.orbits.body, units)
+        return archive_ephemeris(file_of_scene(scene.origin, archive), end, scene.orbits.body, units)
     except (ValueError, NumericalError) as error:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 

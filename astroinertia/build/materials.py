@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from astroinertia.matter import finite_temperature, tillotson
 from astroinertia.matter.isentropes import Isentropes, isentropes, tabulated
 from astroinertia.matter.table_equation import read_equation
 from astroinertia.scene.fluid_kinds.materials import Material, Materials
+from astroinertia.scene.source import file_of_scene
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _standards(made: "Tabulated", pressure: float) -> np.ndarray:
 
 def _refuse_units(listed: tuple[Any, ...], origin: str | None) -> None:
     for material in listed:
-        path = Path(origin or ".") / str(material.file)
+        path = file_of_scene(origin, str(material.file))
         if material.file is None or finite_temperature.is_finite_temperature(path):
             continue
         if read_equation(path).stated:
@@ -109,7 +109,7 @@ def _of_tillotson(material: Material) -> Equation:
 
 
 def _of_file(material: Material, origin: str | None) -> Equation:
-    path, reference = Path(origin or ".") / str(material.file), material.reference_density
+    path, reference = file_of_scene(origin, str(material.file)), material.reference_density
     assert reference is not None  # the schema asks for it
     nucleons = finite_temperature.is_finite_temperature(path)
     if nucleons != (material.electron_fraction is not None):

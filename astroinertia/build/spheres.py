@@ -11,6 +11,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
+from astroinertia.scene.source import file_of_scene
 from astroinertia.sph.profiles import Profile
 from astroinertia.sph.progenitor import Progenitor, read_progenitor
 from astroinertia.units import CodeUnits
@@ -140,7 +141,7 @@ def rotating(scene: Scene, units: CodeUnits) -> Star:
 def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
     """The shells of a stellar profile."""
     body: Any = scene.body
-    shells = _read(Path(scene.origin or ".") / body.file, body.mean_molecular_weight)
+    shells = _read(file_of_scene(scene.origin, body.file), body.mean_molecular_weight)
     if body.inner_mass is not None:
         try:
             shells = shells.inner(body.inner_mass)

@@ -1,6 +1,5 @@
 """Other bodies of a scene, as point masses on orbits: validated and frozen, in SI (or code units)."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -9,6 +8,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import Angle, Duration, Length, Mass, Real
 from astroinertia.scene.fluids import Part
 from astroinertia.scene.places import Position, Velocity
+from astroinertia.scene.source import file_of_scene
 from astroinertia.units import CodeUnits
 
 BODY = "body"  # the name of the scene's own body among them
@@ -91,7 +91,7 @@ def archive_at_start(orbits: Orbits, origin: str | None, units: CodeUnits) -> An
     from astroinertia.orbits import rebound_archive  # only here: other scenes do without REBOUND
 
     try:
-        return rebound_archive.first_snapshot(Path(origin or ".") / str(orbits.archive), orbits.body, units)
+        return rebound_archive.first_snapshot(file_of_scene(origin, str(orbits.archive)), orbits.body, units)
     except ValueError as error:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 

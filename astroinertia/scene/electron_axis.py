@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
+from astroinertia.scene.source import file_of_scene
 from astroinertia.units import CodeUnits
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def in_matter(effect: Any, scene: Scene, units: CodeUnits) -> Any:
         raise SceneError(f"[effects.{effect.kind}] follows the electrons of one material, not of {len(tables)}.")
     if not tables:
         return effect
-    axis = _axis(Path(scene.origin or ".") / tables[0].file, tables[0].reference_density, fractions)
+    axis = _axis(file_of_scene(scene.origin, str(tables[0].file)), tables[0].reference_density, fractions)
     return effect.on_axis(axis, units)
 
 

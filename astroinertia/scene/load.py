@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,16 @@ from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.scales import refuse_extremes
-from astroinertia.scene.source import LARGEST_FILE, decode, line_of, override, parse, read_regular_file
+from astroinertia.scene.source import (
+    LARGEST_FILE,
+    at_home,
+    decode,
+    file_of_scene,
+    line_of,
+    override,
+    parse,
+    read_regular_file,
+)
 from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.units import ALL_MODELS, shown
 
@@ -57,9 +65,7 @@ def read_file(path: str | os.PathLike[str]) -> tuple[str, str, str]:
     """The text of a scene file, how the file is named in messages, and its folder; SceneError if it is no such text."""
     if not isinstance(path, str | os.PathLike):
         raise SceneError(f"a scene must be a Scene, a table (a dict) or the path of a file, not {kind_of(path)}.")
-    file = Path(path)
-    with suppress(RuntimeError):  # where ~ is nobody's home
-        file = file.expanduser()
+    file = at_home(Path(path))
     name = shown(str(file), 200)
     return decode(read_regular_file(file, LARGEST_FILE, "a scene"), name), name, str(file.absolute().parent)
 
@@ -190,7 +196,7 @@ def _units_of_files(tables: dict[str, Any], origin: str | None) -> list[str]:
     if units not in (None, SI) or not isinstance(bodies, list):
         return []
     files = [body.get("file") for body in bodies if isinstance(body, dict) and body.get("kind") == "table"]
-    paths = [Path(origin or ".") / file for file in files if isinstance(file, str) and file]
+    paths = [file_of_scene(origin, file) for file in files if isinstance(file, str) and file]
     if not files or len(paths) < len(files):
         return []
     from astroinertia.sph.table import units_for  # only where there is a file to open

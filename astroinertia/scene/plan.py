@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from astroinertia.effects.entries import Entry
@@ -20,6 +19,7 @@ from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
+from astroinertia.scene.source import file_of_scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number, rising_neighbours
 from astroinertia.units import Dimension, shown, si_unit
 
@@ -263,7 +263,7 @@ def _material(scene: Scene, material: Material) -> str:
     if material.electron_fraction is not None:
         from astroinertia.matter.finite_temperature import read_finite_temperature  # with JAX, as its runs
 
-        path = Path(scene.origin or ".") / str(material.file)
+        path = file_of_scene(scene.origin, str(material.file))
         return read_finite_temperature(path, material.electron_fraction).description
     return f"{'table' if material.tillotson is None else 'Tillotson'}, {pulled}"
 

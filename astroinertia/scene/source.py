@@ -6,6 +6,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,18 @@ LONGEST_LINE = 1024  # bytes; tomllib needs memory that grows with the square of
 DEEPEST = 6  # levels of tables and lists; [effects.external_field] quadratic = [[...]] needs 5
 
 KEY = re.compile(r"[A-Za-z0-9_-]{1,64}(?:\.[A-Za-z0-9_-]{1,64}){0,5}")
+
+
+def at_home(path: Path) -> Path:
+    """The path with ~ as the user's home; as it is where ~ is nobody's."""
+    with suppress(RuntimeError):
+        return path.expanduser()
+    return path
+
+
+def file_of_scene(origin: str | None, name: str) -> Path:
+    """Where a file is that a scene names, relative to the folder of the scene, `origin`, if it has one."""
+    return Path(origin or ".") / at_home(Path(name))
 
 
 def read_regular_file(path: Path, largest: int, what: str) -> bytes:

@@ -8,6 +8,7 @@ from pydantic import Field
 from astroinertia.scene.body_kinds.stretched import Unknown
 from astroinertia.scene.dimensional import Speed
 from astroinertia.scene.initial_body import Body, PlanLine, Shown
+from astroinertia.scene.source import file_of_scene
 from astroinertia.units import shown as readable
 
 
@@ -37,7 +38,7 @@ class TableBody(Unknown, Body):
 
     def path(self, scene: Any) -> Path:
         """Where its file is."""
-        return Path(scene.origin or ".") / self.file
+        return file_of_scene(scene.origin, self.file)
 
     def check(self, scene: Any) -> None:
         """A file that states no units has them in the scene; `load` takes those of files where all state them."""
