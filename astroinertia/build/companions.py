@@ -59,6 +59,15 @@ def names(scene: Scene, units: CodeUnits) -> list[str]:
     return [particle.name for particle in archive_at_start(scene.orbits, scene.origin, units).particles[1:]]
 
 
+def at_start(scene: Scene, units: CodeUnits, mass: float) -> np.ndarray:
+    """Places (N, 3) relative to the body, of that mass in code units, at the start."""
+    from astroinertia.orbits import states  # only here: other scenes do without REBOUND
+
+    archive = scene.orbits.archive
+    first = bodies(scene, units, mass) if archive is None else archive_at_start(scene.orbits, scene.origin, units)
+    return states.present(first)[0]
+
+
 def refuse_archive(scene: Scene, units: CodeUnits, mass: float) -> None:
     """SceneError where the archive of a scene is none, or has another body than that of this mass, in code units."""
     if scene.orbits.archive is None:

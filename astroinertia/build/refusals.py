@@ -6,8 +6,11 @@ Imports no engine, so that plans refuse them at once. Tests: tests/unit/build/te
 import math
 from typing import Any
 
+import numpy as np
+
 from astroinertia.build.spheres import sphere
 from astroinertia.errors import SceneError
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.table import read_body
@@ -23,8 +26,8 @@ _ORBIT = "of an orbit at its equator"
 def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
-    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, or electrons that
-    would be lost twice.
+    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
+    would be lost twice, or a companion within a rigid body.
     """
     _refuse_lost_twice(scene)
     units = code_units(scene)
@@ -32,6 +35,8 @@ def refuse_impossible(scene: Scene) -> None:
         from astroinertia.build.companions import refuse_archive  # only here: other scenes do without REBOUND
 
         refuse_archive(scene, units, units.to_code(scene.body.mass, "mass"))
+    if scene.model == "rigid":
+        _refuse_within(scene, units)
     for alone in scene.alone():
         body: Any = alone.body
         if body.quickly_known:
@@ -40,6 +45,26 @@ def refuse_impossible(scene: Scene) -> None:
             _refuse_break_up(alone, units)
             if body.placing == "placing.of_table":
                 _refuse_without_heat(alone)
+
+
+def _refuse_within(scene: Scene, units: CodeUnits) -> None:
+    """Of a rigid body, which companions feel as a point with a quadrupole: that holds outside it alone."""
+    if not scene.companions and scene.orbits.archive is None:
+        return
+    body = characteristic(scene)
+    if body.mass is None or body.radius is None:
+        return
+    from astroinertia.build.companions import at_start, names  # only here: other scenes do without REBOUND
+
+    places = at_start(scene, units, units.to_code(body.mass, "mass"))
+    for name, distance in zip(names(scene, units), np.linalg.norm(places, axis=-1), strict=True):
+        away = units.to_si(distance, "length")
+        if away < body.radius:
+            unit = "" if scene.dimensionless else " m"
+            raise SceneError(
+                f"companion {name} begins {away:.4g}{unit} from the centre of the body, which is inside it; it must "
+                f"begin farther out than the radius of the rigid body, {body.radius:.4g}{unit}."
+            )
 
 
 def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:

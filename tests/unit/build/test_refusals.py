@@ -1,6 +1,7 @@
 """Bodies that cannot be are refused by `plan`, and by a run before it does anything, with the limit."""
 
 import pytest
+import rebound
 
 import astroinertia
 from astroinertia.accuracy import choice
@@ -182,3 +183,48 @@ def test_a_table_without_heat_and_a_folder_that_is_taken_are_refused_first(tmp_p
     wanted = SCENE.format(body=STAR + "axis_ratio = 0.5", units='units = "code"\naccuracy = 1e-2\n')
     with pytest.raises(ArchiveError, match="already holds a result"):
         astroinertia.run_scene(loads(wanted), taken)
+
+
+TUMBLING = """name = "tumbling"
+model = "rigid"
+[body]
+kind = "rigid"
+mass = "1e15 kg"
+{size}
+[effects.gravity_gradient]
+[time]
+end = "1 h"
+"""
+
+
+MOON = """[[companions]]
+name = "moon"
+mass = "1e10 kg"
+position = ["8 km", "6 km", "0 km"]
+velocity = ["0 m/s", "0 m/s", "2 m/s"]
+"""
+RATIOS = 'radius = "{} km"\nmoment_ratios = [0.3, 0.35, 0.4]'
+MOMENTS = 'moments = ["{0} kg m2", "{0} kg m2", "{0} kg m2"]'  # without a radius, as of a homogeneous body
+ARCHIVE = '[orbits]\narchive = "orbits.bin"\n'
+
+
+@pytest.mark.parametrize(("size", "less", "more"), [(RATIOS, 9, 11), (MOMENTS, 3.24e22, 4.84e22)])
+def test_a_companion_within_a_rigid_body_is_refused_before_anything(
+    size, less, more, tmp_path, nothing_is_prepared
+) -> None:
+    stated = TUMBLING + MOON
+    refusals.refuse_impossible(loads(stated.format(size=size.format(less))))
+    with pytest.raises(SceneError, match=r"companion moon begins 1e\+04 m .*radius of the rigid body, 1.1e\+04 m"):
+        astroinertia.run_scene(loads(stated.format(size=size.format(more))), tmp_path / "run")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_companion_of_an_archive_within_a_rigid_body_is_refused(tmp_path) -> None:
+    bodies = rebound.Simulation()
+    bodies.units = ("kg", "km", "s")
+    bodies.add(m=1e15, name="body")
+    bodies.add(m=1e10, x=10.0, name="moon")
+    bodies.save_to_file(str(tmp_path / "orbits.bin"))
+    refusals.refuse_impossible(loads((TUMBLING + ARCHIVE).format(size=RATIOS.format(9)), origin=str(tmp_path)))
+    with pytest.raises(SceneError, match=r"companion moon begins 1e\+04 m"):
+        refusals.refuse_impossible(loads((TUMBLING + ARCHIVE).format(size=RATIOS.format(11)), origin=str(tmp_path)))
