@@ -44,12 +44,14 @@ class RotatingSequence:
         return CubicSpline(self.angular_momentum, self.figures)
 
 
+@with_quantities()
 @lru_cache(maxsize=8)
 def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31) -> RotatingSequence:
     """Return so many polytropes of one mass and entropy from rest to mass shedding, as steps of their axis ratio grow.
 
     The scale of the law is in equatorial radii. ValueError for an index that is not in (0, 3): an entropy does not give
-    a radius to n = 0 or n = 3. Source: Hachisu 1986, ApJS 61, 479. Test: tests/unit/bodies/test_rotating_sequence.py.
+    a radius to n = 0 or n = 3; and for fewer than 2 members. Source: Hachisu 1986, ApJS 61, 479. Test:
+    tests/unit/bodies/test_rotating_sequence.py.
 
     >>> stars = rotating_sequence(1.5, members=5)
     >>> first, last = (stars.at(each) for each in (0.0, stars.angular_momentum[-1]))
@@ -58,6 +60,8 @@ def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31)
     """
     if not 0 < index < 3:
         raise ValueError(f"a star's mass and entropy give it a radius for an index between 0 and 3, not {index!r}")
+    if members < 2:
+        raise ValueError(f"a sequence from rest to mass shedding has 2 members or more, not {members}")
     matter = polytropic_matter(index)
     last = end_of_sequence(matter, law).field.axis_ratio
     # The axis ratio falls as the square of a small angular momentum, along which members are then spread evenly.

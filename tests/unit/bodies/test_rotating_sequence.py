@@ -6,6 +6,7 @@ import pytest
 from astroinertia.bodies import maclaurin
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_sequence import rotating_sequence
+from astroinertia.errors import SceneError
 
 pytestmark = pytest.mark.slow  # the end of a sequence takes seconds to find
 
@@ -45,3 +46,9 @@ def test_no_star_turns_beyond_the_last(half):
     for index in (0.0, 3.0):
         with pytest.raises(ValueError, match="between 0 and 3"):
             rotating_sequence(index)
+
+
+def test_a_sequence_has_two_ends():
+    for members in (1, 0, -3):
+        with pytest.raises(SceneError, match=f"has 2 members or more, not {members}"):
+            rotating_sequence(1.5, members=members)
