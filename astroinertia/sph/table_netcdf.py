@@ -57,7 +57,7 @@ def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
             _check(path, chosen, most * count, 1 / count)
             labels = _labels(path, snapshots.variables, chosen)
             return _read(path, chosen, {name: variable[-1] for name, variable in chosen.items()}, labels)
-        chosen = _chosen(file.variables, names, named)
+        chosen = _chosen(path, file.variables, names, named)
         _check(path, chosen, most)
         labels = _labels(path, file.variables, chosen)
         return _read(path, chosen, {name: variable[:] for name, variable in chosen.items()}, labels)
@@ -70,7 +70,7 @@ def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
         if file.read(4) not in _CLASSIC:
             raise ValueError("it cannot be read as netCDF: it begins neither as netCDF-4 nor as classic files do")
     with netcdf_file(path, mmap=False, maskandscale=True) as file:
-        chosen = _chosen(file.variables, names, named)
+        chosen = _chosen(path, file.variables, names, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
             raise SceneError(f"particle table {path} has more than {most} particles")
         labels = _labels(path, file.variables, chosen)
@@ -92,8 +92,15 @@ def fill_value(dtype: np.dtype) -> Any:
     return netCDF4.default_fillvals[dtype.str[1:]]
 
 
-def _chosen(variables: Any, names: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:
+def _chosen(path: Path, variables: Any, names: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:
     own = {named(name): variable for name, variable in variables.items()}
+    grids = [name for name, variable in own.items() if len(variable.shape) == 3 and min(variable.shape) > 3]
+    if grids and ("mass" not in own or "mass" in grids):
+        cells = " x ".join(map(str, own[grids[0]].shape))
+        raise SceneError(
+            f"particle table {path} has {shown(grids[0])} on a grid of {cells} cells; give each cell as a particle, "
+            "with its mass (density times volume) and its middle x, y, z"
+        )
     return {name: own[name] for name in (*names, *VECTORS) if name in own}
 
 

@@ -380,6 +380,18 @@ def test_bad_tables_get_one_sentence(tmp_path, name):
     assert len(str(caught.value)) < 500
 
 
+@pytest.mark.parametrize("style", ["NETCDF4", "NETCDF3_CLASSIC"])
+@pytest.mark.parametrize(("name", "axes"), [("density", "abc"), ("temperature", "zyx"), ("m", "xyz")])
+def test_a_grid_is_refused_with_what_would_be_right(tmp_path, style, name, axes):
+    with netCDF4.Dataset(tmp_path / "grid.nc", "w", format=style) as file:
+        for axis in axes:
+            file.createDimension(axis, 4)
+            file.createVariable(axis, "f8", (axis,))[:] = np.arange(4.0)
+        file.createVariable(name, "f8", tuple(axes))[:] = np.ones((4, 4, 4))
+    with pytest.raises(SceneError, match=r"on a grid of 4 x 4 x 4 cells; give each cell as a particle, with its mass"):
+        read_table(tmp_path / "grid.nc")
+
+
 def test_the_last_snapshot_of_a_run_is_a_table(tmp_path):
     values = np.random.default_rng(4).random((2, 6, 8))
     with netCDF4.Dataset(tmp_path / "run.nc", "w") as file:
