@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -79,7 +80,10 @@ class _Parser(argparse.ArgumentParser):
             names = [name for name in self._option_string_actions if name.startswith("--")]
             begun = [name for name in names if letters and name[2:].startswith(letters)]
             meant = begun or difflib.get_close_matches(unknown[0][:64], names, n=1, cutoff=0.6)
-            hint = f" (did you mean {meant[0]}?)" if meant and unknown[0].startswith("-") else ""
+            if not unknown[0].startswith("-"):
+                named = "--body" in names and found.body is None  # as a command takes it that is about no file
+                meant = [f"--body {shlex.quote(unknown[0])}"] if named else []
+            hint = f" (did you mean {meant[0]}?)" if meant else ""
             self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
         return found, unknown
 

@@ -90,6 +90,17 @@ def test_an_option_that_a_command_does_not_have_is_refused_with_the_one_that_was
     )
 
 
+@pytest.mark.parametrize(("given", "meant"), [
+    (["precession", "Earth"], "--body Earth"), (["ratios", "Mars"], "--body Mars"),
+    (["ratios", "--body", "Mars", "Phobos"], None),
+])  # fmt: skip
+def test_a_body_that_is_given_without_its_option_is_refused_with_it(given, meant, capsys):
+    assert main(given) == 2
+    hint = f" (did you mean {meant}?)" if meant else ""
+    said = f"astroinertia: unrecognized arguments: {given[-1]}{hint}; `astroinertia {given[0]} --help` says more.\n"
+    assert capsys.readouterr().err == said
+
+
 def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     assert main(["new", "star.toml"]) == 0
     assert main(["plan", "star.toml"]) == 0
