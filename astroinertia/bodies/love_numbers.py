@@ -202,6 +202,10 @@ def _layers(planet: YieldingBody, degree: int, frequency: float) -> list[_Layer]
     below, mean = np.cumsum([0.0, *shells]), 3 * sum(shells)
     radius, constant = float(body.outer_radii[-1]), float(body.gravitational_constant)
     stress = 4 / 3 * math.pi * constant * mean**2 * radius**2  # mean density, surface gravity and radius
+    if not 0.0 < stress < math.inf:
+        raise ValueError(
+            f"a body of this density and a radius of {radius:g} has a pressure of {stress:g}, out of reach"
+        )
     layers = []
     for k, (a, b) in enumerate(zip(x_in, x_out, strict=True)):
         if b <= a:
@@ -262,6 +266,14 @@ def _rates(layer: _Layer, degree: int, x: Array) -> Array:
     return matrix
 
 
+def _sizes(layer: _Layer, start: Array) -> Array:
+    """Of the functions of `_rates` beside each other: stresses are as large as the rigidity, however large that is."""
+    size = np.ones(layer.functions)
+    if layer.solid:
+        size[[1, 3]] = abs(layer.rigidity(start)[0])
+    return size
+
+
 class _System:
     """Rows of the sparse system, and what stands on their right-hand side."""
 
@@ -302,8 +314,10 @@ def _solved(planet: YieldingBody, n: int, frequency: float, load: bool) -> tuple
         inner = np.kron(unit, (-1.0) ** np.arange(layer.nodes + 1))
         if below is None:
             start = np.full(1, 1e-8 * layer.outer)  # of the rates, which differ from the centre's by x^2 or x
-            _, irregular, count = schur(_rates(layer, n, start)[0].T, sort="lhp")  # type: ignore[misc]  # exponents below 0
-            system.add([(column, irregular[:, :count].T @ inner)])
+            size = _sizes(layer, start)
+            rates = size[:, None] * _rates(layer, n, start)[0].T / size
+            _, irregular, count = schur(rates, sort="lhp")  # type: ignore[misc]  # exponents below 0
+            system.add([(column, (irregular[:, :count] / size[:, None]).T @ inner)])
         else:
             system.add(*_joined(below, (layer, column, inner)))
         below = (layer, column, np.kron(unit, np.ones(layer.nodes + 1)))

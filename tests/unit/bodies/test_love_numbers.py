@@ -13,6 +13,7 @@ from astroinertia.bodies import clairaut
 from astroinertia.bodies.earth import elastic_prem, prem, prem_shear_quality
 from astroinertia.bodies.layered import constant_layers
 from astroinertia.bodies.love_numbers import YieldingBody, interior, love_numbers, seismic_body, yielding_body
+from astroinertia.errors import SceneError
 from astroinertia.matter.rheology import absorption_band, andrade, burgers, dissipation, kelvin_voigt, maxwell
 from astroinertia.units import GRAVITATIONAL_CONSTANT as G
 from astroinertia.verify.interiors import moon_of_nine_layers
@@ -66,6 +67,20 @@ def test_a_homogeneous_incompressible_sphere(degree):
     for rigidity in (1e7, 6e10, 1e13):
         found = love_numbers(yielding_body(SPHERE, [rigidity]), degree)
         assert found == pytest.approx(homogeneous(degree, rigidity), rel=2e-8 if degree > 10 else 1e-11)
+
+
+@pytest.mark.parametrize("radius", [1.0, 10.0, 1e4])
+def test_a_boulder_hardly_yields_to_a_tide(radius):
+    """Its rigidity is up to 1e14 times the stress of its gravity."""
+    found = love_numbers(yielding_body(constant_layers([radius], [3000.0], G), [6e10]))
+    stiffness = 1 + 19 / 2 * 6e10 / (4 / 3 * math.pi * G * 3000.0**2 * radius**2)
+    assert found.k == pytest.approx(1.5 / stiffness, abs=5e-15)
+    assert (found.h, found.l) == pytest.approx((2.5 / stiffness, 0.75 / stiffness), rel=1e-2)
+
+
+def test_a_body_whose_gravity_is_no_number_is_refused():
+    with pytest.raises(SceneError, match="a radius of 1e-300 has a pressure of 0"):
+        love_numbers(yielding_body(constant_layers([1e-300], [3000.0], G), [6e10]))
 
 
 def test_a_homogeneous_maxwell_sphere_over_fourteen_decades():
