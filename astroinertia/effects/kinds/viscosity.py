@@ -24,6 +24,11 @@ from astroinertia.effects.one_zone import braked
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.units import choice, not_negative, positive
 
+NOISE = 1e-4  # of c/h: what limiters count of any flow, as Balsara's does
+# Of c/h: of a flow that only turns, the divergence is round-off, whose sign would be another on every processor: 1e-16
+# of what float64 pairs sum, 1e-7 of float32. A hundred times that is still a tenth of the limiters' noise.
+QUIET = 1e-5
+
 
 class Side(NamedTuple):
     """What a particle of a pair brings with it: coefficients are those of w and w^2 in Pi_ij."""
@@ -153,15 +158,13 @@ def switched(
     """The coefficient alpha after `interval`, and the sign of div v."""
     flow = linear_gradient(xp, moment, velocity_sum)
     rate = trace(xp, linear_gradient(xp, moment, acceleration_sum)) - trace_of_square(xp, flow)
-    limited = shear_limiter(xp, flow, density, 1e-4 * sound_speed / h, trend)
+    limited = shear_limiter(xp, flow, density, NOISE * sound_speed / h, trend)
     # The particle's own sound is a signal too, where it has no neighbour.
     fastest = xp.maximum(signal, sound_speed) + 1e-30
     steepening = 4.0 * h**2 * limited * xp.maximum(-rate, 0.0)
     wanted = xp.minimum(alpha_max, steepening / (sound_speed**2 + 1e-30))
     decayed = wanted + (alpha - wanted) * xp.exp(-interval * fastest / (decay_length * h))
-    # Of a flow that only turns, the divergence is round-off, whose sign would be another on every processor: 1e-16 of
-    # what float64 pairs sum, 1e-7 of float32. A hundred times that is still a tenth of the limiter's own noise.
-    divergence, quiet = trace(xp, flow), 1e-5 * sound_speed / h
+    divergence, quiet = trace(xp, flow), QUIET * sound_speed / h
     sign = xp.where(divergence > quiet, 1.0, xp.where(divergence < -quiet, -1.0, 0.0))
     return xp.maximum(xp.maximum(wanted, decayed), alpha_min), sign
 
@@ -175,7 +178,7 @@ def balsara_coefficients(xp, sound_speed, alpha, beta, h, moment, velocity_sum, 
     """The same, weaker where the flow turns rather than converges, but not below the least alpha."""
     flow = linear_gradient(xp, moment, velocity_sum)
     divergence = xp.abs(trace(xp, flow))
-    spared = divergence / (divergence + curl_size(xp, flow) + 1e-4 * sound_speed / h + 1e-30)
+    spared = divergence / (divergence + curl_size(xp, flow) + NOISE * sound_speed / h + 1e-30)
     return coefficients(xp, sound_speed, least + (alpha - least) * spared, beta)
 
 

@@ -56,7 +56,12 @@ def unit_of_orbits(body_mass: float, companions: Companions) -> np.ndarray:
 
 
 def at_pericentres(body_mass: Array, mass: Array, orbits: Array) -> Array:
-    """Companions as far from the body, and turning about it as fast, as at the pericentres of their present orbits."""
+    """Companions as far from the body, and turning about it as fast, as at the pericentres of their present orbits.
+
+    q = h^2/(mu (1 + e)) with h = |r cross v| and mu = G (M + m) (Murray & Dermott 1999, Solar System Dynamics, section
+    2.3), where e is the length of v cross (r cross v)/mu - r/|r| (Goldstein, Poole & Safko 2002, Classical Mechanics,
+    section 3.9). Checked by tests/unit/models/rigid/test_two_way.py.
+    """
     place, speed = orbits
     distance = jnp.sqrt(jnp.sum(place**2, axis=-1, keepdims=True))
     turning, attraction = jnp.cross(place, speed), body_mass + mass[:, None]
@@ -67,7 +72,10 @@ def at_pericentres(body_mass: Array, mass: Array, orbits: Array) -> Array:
 
 
 def fastest_pair(mass: Array, orbits: Array) -> Array:
-    """The largest rate at which two companions turn about each other: at their pericentre where they are bound."""
+    """The largest rate at which two companions turn about each other: at their pericentre where they are bound.
+
+    The pericentre is that of `at_pericentres`.
+    """
     one, other = np.triu_indices(len(mass), 1)
     if not len(one):
         return jnp.zeros(())
