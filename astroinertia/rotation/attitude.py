@@ -7,6 +7,7 @@ Source: Goldstein, Poole & Safko (2002), Classical Mechanics, chapter 4. Checked
 tests/unit/rotation/test_attitude.py.
 """
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -205,17 +206,48 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
 def nearest_rotation(matrix: Array) -> Array:
     """The rotation nearest to a matrix (..., 3, 3) in the sum of squares; an attitude as much as a rotation.
 
+    In JAX it has derivatives wherever no other rotation is as near: also at a rotation itself.
     Source: Horn, Hilden & Negahdaripour (1988), J. Opt. Soc. Am. A 5, 1127, by singular values.
     Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(np.diag(nearest_rotation(1.1 * np.eye(3))).round(12))
     [1. 1. 1.]
     """
-    xp = namespace(matrix)
+    return _nearest(np, matrix) if namespace(matrix) is np else _jax_nearest()(matrix)
+
+
+def _nearest(xp: Any, matrix: Array) -> Array:
     left, _, right = xp.linalg.svd(matrix)
     proper = xp.sign(xp.linalg.det(left) * xp.linalg.det(right))
     one = xp.ones_like(proper)
     return (left * xp.stack([one, one, proper], axis=-1)[..., None, :]) @ right
+
+
+@cache
+def _jax_nearest() -> Any:
+    import jax  # only here: numpy users need not wait for it
+    import jax.numpy as jnp
+
+    @jax.custom_jvp
+    def nearest(matrix: Array) -> Array:
+        return _nearest(jnp, matrix)
+
+    @nearest.defjvp
+    def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+        # Singular vectors of equal values have no derivative, but R has: M = R S with a symmetric S, so with dR = R [w]
+        # R^T dM - dM^T R = [w] S + S [w] = [(tr(S) 1 - S) w].
+        rotation = nearest(primals[0])
+        # Sums of products and no matrix product, for which an accelerator may use fewer digits.
+        stretch, change = ((rotation[..., :, :, None] * one[..., :, None, :]).sum(-3) for one in (*primals, *tangents))
+        stretch = 0.5 * (stretch + jnp.swapaxes(stretch, -1, -2))
+        change = change - jnp.swapaxes(change, -1, -2)
+        turned = jnp.stack([change[..., 2, 1], change[..., 0, 2], change[..., 1, 0]], axis=-1)
+        size = jnp.trace(stretch, axis1=-2, axis2=-1)[..., None, None]
+        matrix = size * jnp.broadcast_to(jnp.eye(3, dtype=stretch.dtype), stretch.shape) - stretch
+        turn = jnp.linalg.solve(matrix, turned[..., None])[..., 0]
+        return rotation, jnp.cross(rotation, jnp.broadcast_to(turn[..., None, :], rotation.shape))
+
+    return nearest
 
 
 @with_quantities()

@@ -124,6 +124,39 @@ def test_the_nearest_rotation_is_nearer_than_its_neighbours_and_never_a_reflecti
         assert (((near - matrix) ** 2).sum((1, 2)) >= ((found - matrix) ** 2).sum()).all()
 
 
+ROUND = {"identity": np.eye(3), "larger": 2.5 * np.eye(3), "turned": rotations(2)[1], "two equal": np.diag([2.0, 2, 1])}
+
+
+@pytest.mark.parametrize(
+    "matrix", [*ROUND.values(), np.random.default_rng(3).normal(size=(3, 3)), -rotations(1)[0] @ np.diag([3.0, 2, 1])],
+    ids=[*ROUND, "any", "mirrored"],
+)  # fmt: skip
+def test_the_nearest_rotation_has_its_derivatives_also_at_rotations(matrix):
+    import jax
+
+    along, step = np.random.default_rng(4).normal(size=(2, 3, 3)), 1e-4
+
+    def difference(function, by):
+        """Of order 4."""
+        near, far = (function(matrix + k * by) - function(matrix - k * by) for k in (step, 2 * step))
+        return np.asarray(8 * near - far) / (12 * step)
+
+    with jax.enable_x64(True):
+
+        def slope(at):
+            return jax.jvp(attitude.nearest_rotation, (at,), (jax.numpy.asarray(along[0]),))[1]
+
+        point = jax.numpy.asarray(matrix)
+        exact = slope(point)
+        np.testing.assert_allclose(exact, difference(attitude.nearest_rotation, along[0]), rtol=0, atol=1e-10)
+        second = jax.jvp(slope, (point,), (jax.numpy.asarray(along[1]),))[1]
+        np.testing.assert_allclose(second, difference(slope, along[1]), rtol=0, atol=1e-9)
+        backwards = jax.jit(jax.grad(lambda at: (along[1] * attitude.nearest_rotation(at)).sum()))(point)
+        assert (backwards * along[0]).sum() == pytest.approx(float((along[1] * exact).sum()), rel=1e-12)
+        many = jax.vmap(slope)(jax.numpy.stack([point, 2.0 * point]))
+        np.testing.assert_allclose(many, [exact, 0.5 * exact], rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-4, 1.0, 3.1, np.pi])
 def test_the_angle_between_attitudes_keeps_its_digits(angle):
     one = rotations(1)[0]
