@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.inertia.principal import EQUAL_MOMENTS
+
 Series = Mapping[str, np.ndarray]
 
 _ALONG = 1e-9  # below this sine of the angle from z, L goes round nothing
@@ -18,7 +20,6 @@ _GONE = 1e-14  # of the energy: round-off
 _LEFT = 0.05  # of a line and a sine: what may be left of a motion that is said to be these
 _SEARCHED = np.linspace(0.5, 2.5, 81)  # periods in the run, besides those near the largest of the spectrum
 _ROUND_OFF = 1e-12  # of the sine of an angle: a nutation smaller than that is none
-_SAME = 1e-9  # relative difference of moments that are equal, as of the scene's own wobble
 
 
 class Course(NamedTuple):
@@ -44,7 +45,8 @@ def attitude_quantities(series: Series, held: bool, deforms: bool) -> dict[str, 
     moments, along = _in_body(series)
     inverse = np.where(moments > 0.0, 1.0 / np.where(moments > 0.0, moments, 1.0), 0.0)
     across = along[:, 0] ** 2 + along[:, 1] ** 2
-    largest = moments > (1.0 - _SAME) * moments[:, 2:]  # two or three of them where L may lie along any axis between
+    # Two or three of them where L may lie along any axis between.
+    largest = moments > (1.0 - EQUAL_MOMENTS) * moments[:, 2:]
     off, on = (np.sqrt((along**2 * those).sum(axis=-1)) for those in (~largest, largest))
     turning = (along[:, :2] ** 2 * inverse[:, :2]).sum(axis=-1)
     free = {}

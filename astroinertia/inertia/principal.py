@@ -22,6 +22,7 @@ from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
+EQUAL_MOMENTS = 1e-9  # over the larger: what motions and their descriptions take for no difference of two moments
 ROUND_OFF_GAP = 1e-9  # what sums over many particles or steps can tell of the gap of two moments
 _ROUNDINGS = 16  # roundings within which the moments of a rotated tensor may differ though they were equal
 _PERMUTATIONS = tuple(itertools.permutations(range(3)))

@@ -10,6 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale
@@ -30,7 +31,6 @@ FASTEST = 2.5  # rad of precession from output to output beyond which turns cann
 STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are measured from it
 SLIGHT_WOBBLE = 1e-4  # of the rate: a wobble that is smaller is drawn by itself
 NO_WOBBLE = 1e-12  # of the rate: what is smaller is round-off
-EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _SHARES = (0.3, 0.6, 0.85)
 _STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
 _MAS = 1.0 / 3.6e6  # deg
@@ -124,7 +124,7 @@ def _sparse(rotation: Motion) -> bool:
 
 
 def _gaps(moments: np.ndarray) -> np.ndarray:
-    return np.diff(moments) > EQUAL * moments[2]
+    return np.diff(moments) > EQUAL_MOMENTS * moments[2]
 
 
 def _names(moments: np.ndarray) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.plots import style
 from astroinertia.plots.ellipsoid import (
     AXES,
@@ -24,7 +25,6 @@ from astroinertia.rotation.polhodes import herpolhode, herpolhode_radii, polhode
 
 _SHARES = (0.3, 0.6, 0.85)  # of the way from an axis to the separatrix: polhodes drawn for orientation
 _PERIODS, _POINTS = 8, 6001  # of the wobble that a herpolhode is drawn for
-_EQUAL = 1e-9  # moments that differ by less, over the greatest, have no polhodes of their own
 _NUTATIONS = 5
 
 
@@ -78,7 +78,7 @@ def _on_ellipsoid(panel, top: FreeTop) -> None:
     order = np.argsort(top.moments, kind="stable")
     frame = np.eye(3)[order]
     moments = np.maximum(top.moments[order], LEAST_MOMENT * top.moments.max())
-    gaps = np.diff(moments) > _EQUAL * moments[2]
+    gaps = np.diff(moments) > EQUAL_MOMENTS * moments[2]
     defined = np.array([gaps[0], gaps.all(), gaps[1]])
     frame[1] *= round(float(np.linalg.det(frame)))
     view = view_of(frame)

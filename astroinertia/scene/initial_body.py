@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from astroinertia.effects.characteristic import Vector as Triple
 from astroinertia.errors import SceneError
+from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.scene.dimensional import (
     Angle,
     AngularMomentum,
@@ -116,7 +117,7 @@ def wobbling(moments: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]
 
     L lies between the axes of the largest and of the least moment. SceneError where there is no axis of the largest.
     """
-    if not moments[2] > moments[1] * (1.0 + 1e-9):
+    if not moments[2] > moments[1] * (1.0 + EQUAL_MOMENTS):
         raise SceneError("[body.rotation] wobble needs one moment that is larger than the others.")
     if moments[0] <= 0.0:
         raise SceneError("[body.rotation] wobble needs moments that are all positive.")
@@ -419,7 +420,7 @@ class Body(Part):
         spin = 0.0 if self.rotation is None else self.rotation.spin(moment, gravitational)
         if self.rotation is not None and self.rotation.breakup_fraction is not None:
             spin = self._spin_of_fraction(self.rotation.breakup_fraction, gravitational)
-        largest = vectors[:, values > values[2] * (1.0 - 1e-9)]
+        largest = vectors[:, values > values[2] * (1.0 - EQUAL_MOMENTS)]
         wobble = math.sqrt(max(0.0, 1.0 - float(np.sum((along @ largest) ** 2))))
         turning = {"spin": spin, "spin_axis": axis, "wobble": wobble if spin and wobble > 1e-8 else 0.0}
         momentum = tensor @ along

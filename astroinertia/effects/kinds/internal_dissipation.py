@@ -6,9 +6,8 @@ from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.units import REQUIRED, positive
-
-_SAME = 1e-9  # relative difference of moments that are equal
 
 
 @pytree
@@ -38,7 +37,7 @@ class InternalDissipation(Effect):
         square = jnp.sum(body.angular_momentum**2)
         spins = (square > 0.0) & (moments[0] > 0.0)
         inverse = 1.0 / jnp.where(moments > 0.0, moments, 1.0)
-        prolate = moments[1] > (1.0 - _SAME) * moments[2]
+        prolate = moments[1] > (1.0 - EQUAL_MOMENTS) * moments[2]
         excess = jnp.where(prolate, inverse[0], 0.5 * (inverse[0] + inverse[1])) - inverse[2]
         spins = spins & (excess > 0.0)
         pace = 1.0 / (self.time_scale * jnp.where(spins, square * excess, 1.0))
