@@ -9,12 +9,15 @@ granted, and pynbody finds the time in Time_GYR alone. Tests: tests/unit/interop
 tests/physics/test_exports_elsewhere.py.
 """
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from astroinertia.errors import SceneWarning
 from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.units import DIMENSIONS, Dimension
@@ -59,6 +62,8 @@ NONE = FileUnits(1.0, 1.0, 1.0)
 def write_gadget(snapshot: Snapshot, path: Path) -> None:
     """Write one snapshot in GADGET's default units, or as it is where the run has none.
 
+    A SceneWarning where the run has a periodic box that is no cube, as GADGET's are: it is left out.
+
     >>> import h5py, tempfile
     >>> from astroinertia.interop.snapshots import snapshots_of
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -68,6 +73,12 @@ def write_gadget(snapshot: Snapshot, path: Path) -> None:
     100 1e-10 x 10^10 suns
     """
     arrays, units = snapshot.arrays, NONE if snapshot.dimensionless else DEFAULT
+    if snapshot.box is not None and not _is_cube(snapshot.box):
+        warnings.warn(
+            "the periodic box of the run is left out, for GADGET's are cubes (BoxSize is 0); files of SWIFT have it.",
+            SceneWarning,
+            stacklevel=2,
+        )
 
     def column(values: np.ndarray, of: Dimension) -> Column:
         attributes = _scaling(of, units)
@@ -134,9 +145,13 @@ def _cgs(units: FileUnits, dimensionless: bool) -> dict[str, float]:
     }
 
 
+def _is_cube(box: Sequence[float]) -> bool:
+    return len(set(box)) == 1
+
+
 def _box_size(snapshot: Snapshot) -> float:
     """GADGET's boxes are cubes; 0 says that there is none."""
-    return snapshot.box[0] if snapshot.box is not None and len(set(snapshot.box)) == 1 else 0.0
+    return snapshot.box[0] if snapshot.box is not None and _is_cube(snapshot.box) else 0.0
 
 
 def _scaling(of: Dimension, units: FileUnits) -> dict[str, float]:

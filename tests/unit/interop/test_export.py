@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from astroinertia import dataset
 from astroinertia.cli.main import main
-from astroinertia.errors import ArchiveError
+from astroinertia.errors import ArchiveError, SceneWarning
 from astroinertia.interop import swift
 from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
@@ -198,6 +198,17 @@ def test_the_box_of_a_periodic_run_is_reported(tmp_path):
     with h5py.File(export(folder, "swift", "0")[0]) as file:
         assert file["Header"].attrs["BoxSize"].tolist() == [2000.0] * 3
         assert file["Parameters"].attrs["InitialConditions:periodic"] == b"1"
+
+
+def test_a_box_that_is_no_cube_is_not_left_out_of_a_file_of_gadget_without_a_word(tmp_path):
+    scene = 'name = "b"\n[box]\nlengths = ["2 km", "1 km", "1 km"]\n'
+    folder = finished(tmp_path / "boxed", {"scene": scene})
+    with pytest.warns(SceneWarning, match="the periodic box of the run is left out, for GADGET's are cubes"):
+        (path,) = export(folder, "gadget", "0")
+    with h5py.File(path) as file:
+        assert file["Header"].attrs["BoxSize"] == 0.0
+    with h5py.File(export(folder, "swift", "0")[0]) as file:
+        assert file["Header"].attrs["BoxSize"].tolist() == [2000.0, 1000.0, 1000.0]
 
 
 def vtp(path):
