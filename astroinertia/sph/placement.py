@@ -30,8 +30,8 @@ def place(profile: Profile, count: int, placement: str = "glass", seed: int = 0)
 
     The result depends on the arguments alone. Glasses are kept in the user's cache.
     """
-    if count < 4:
-        raise ValueError(f"a body needs at least 4 particles, not {count!r}")
+    if count < 4 or count % 1 != 0:
+        raise ValueError(f"a body needs a whole number of at least 4 particles, not {count!r}")
     if placement == "lattice":
         points = _lattice(profile, count, seed)
     elif placement == "glass":

@@ -380,6 +380,14 @@ def test_bad_tables_get_one_sentence(tmp_path, name):
     assert len(str(caught.value)) < 500
 
 
+@pytest.mark.parametrize("placement", ["glass", "lattice", "random"])
+@pytest.mark.parametrize("count", [3, 100.5, float("nan")])
+def test_a_body_is_of_a_whole_number_of_particles(placement, count):
+    """A glass of 100.5 particles was one of 101, at radii that were not theirs."""
+    with pytest.raises(ValueError, match=f"a whole number of at least 4 particles, not {count}"):
+        place(profiles.uniform(), count, placement)
+
+
 @pytest.mark.parametrize("style", ["NETCDF4", "NETCDF3_CLASSIC"])
 @pytest.mark.parametrize(("name", "axes"), [("density", "abc"), ("temperature", "zyx"), ("m", "xyz")])
 def test_a_grid_is_refused_with_what_would_be_right(tmp_path, style, name, axes):
