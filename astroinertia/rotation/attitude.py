@@ -206,21 +206,28 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
 def nearest_rotation(matrix: Array) -> Array:
     """The rotation nearest to a matrix (..., 3, 3) in the sum of squares; an attitude as much as a rotation.
 
-    In JAX it has derivatives wherever no other rotation is as near: also at a rotation itself.
+    NaN where the matrix is not finite. In JAX it has derivatives wherever no other rotation is as near: also at a
+    rotation itself. ValueError for another shape.
     Source: Horn, Hilden & Negahdaripour (1988), J. Opt. Soc. Am. A 5, 1127, by singular values.
     Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(np.diag(nearest_rotation(1.1 * np.eye(3))).round(12))
     [1. 1. 1.]
     """
-    return _nearest(np, matrix) if namespace(matrix) is np else _jax_nearest()(matrix)
+    xp = namespace(matrix)
+    matrix = xp.asarray(matrix)
+    if matrix.shape[-2:] != (3, 3):
+        raise ValueError(f"nearest_rotation takes matrices of shape (..., 3, 3), not {matrix.shape}")
+    return _nearest(np, matrix) if xp is np else _jax_nearest()(matrix)
 
 
 def _nearest(xp: Any, matrix: Array) -> Array:
-    left, _, right = xp.linalg.svd(matrix)
+    # Numpy's own solver raises where one matrix is not finite, for the whole series.
+    finite = xp.isfinite(matrix).all((-2, -1))[..., None, None]
+    left, _, right = xp.linalg.svd(xp.where(finite, matrix, 0.0))
     proper = xp.sign(xp.linalg.det(left) * xp.linalg.det(right))
     one = xp.ones_like(proper)
-    return (left * xp.stack([one, one, proper], axis=-1)[..., None, :]) @ right
+    return xp.where(finite, (left * xp.stack([one, one, proper], axis=-1)[..., None, :]) @ right, xp.nan)
 
 
 @cache

@@ -124,6 +124,15 @@ def test_the_nearest_rotation_is_nearer_than_its_neighbours_and_never_a_reflecti
         assert (((near - matrix) ** 2).sum((1, 2)) >= ((found - matrix) ** 2).sum()).all()
 
 
+def test_the_nearest_rotation_is_nan_where_a_matrix_is_and_of_no_other_shape():
+    found = attitude.nearest_rotation(np.stack([2.0 * np.eye(3), np.full((3, 3), np.nan), np.diag([np.inf, 1.0, 1.0])]))
+    np.testing.assert_array_equal(found[0], np.eye(3))
+    assert np.isnan(found[1:]).all()
+    for shape in ((3,), (2, 2), (3, 4)):
+        with pytest.raises(ValueError, match=r"takes matrices of shape \(..., 3, 3\), not"):
+            attitude.nearest_rotation(np.ones(shape))
+
+
 ROUND = {"identity": np.eye(3), "larger": 2.5 * np.eye(3), "turned": rotations(2)[1], "two equal": np.diag([2.0, 2, 1])}
 
 
