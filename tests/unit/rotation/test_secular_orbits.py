@@ -23,6 +23,8 @@ def test_laplace_coefficients():
     assert laplace_coefficient(1.5, 1, 1e-6) == pytest.approx(3e-6, rel=1e-9)
     with pytest.raises(ValueError, match="below 1"):
         laplace_coefficient(1.5, 1, 1.0)
+    with pytest.raises(ValueError, match=r"whole number, not 1\.5"):  # the hypergeometric function is not that integral
+        laplace_coefficient(1.5, 1.5, 0.3)
 
 
 def test_the_solar_system_has_its_frequencies():
