@@ -179,8 +179,8 @@ def _planet(
             raise ValueError(
                 f"each layer needs a {by} that is finite and {'not negative' if by == 'mass' else 'rises'}"
             )
-    if steps < 1:
-        raise ValueError(f"a layer needs at least one step, not {steps}")
+    if steps < 1 or steps % 1 != 0:
+        raise ValueError(f"a layer needs a whole number of steps, at least one, not {steps}")
     planet = _solve(layers, tuple(materials), surface_pressure, g, steps, by)
     if is_known(planet.residual) and not abs(float(planet.residual)) < 1e-9:
         raise NumericalError(

@@ -125,7 +125,7 @@ def surface_of_section(
     """Angles and rates (orbits + 1, starts) at each pericentre, from angle (rad) and rate (theta'/n) of each start.
 
     steps: an orbit; they are symplectic. damping: of theta' towards equilibrium_rate, over n, taken exactly at each
-    pericentre. ValueError for an eccentricity outside 0 <= e < 1 or counts below 1.
+    pericentre. ValueError for an eccentricity outside 0 <= e < 1, and counts below 1 or not whole.
     Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002. Checked by
     tests/unit/rotation/test_spin_orbit.py.
 
@@ -133,8 +133,8 @@ def surface_of_section(
     >>> print(f"{abs(section.rate - 1).max():.3f}")  # a pendulum: at most asphericity times angle
     0.019
     """
-    if not 0 <= eccentricity < 1 or orbits < 1 or steps < 1:
-        raise ValueError("a section needs 0 <= eccentricity < 1, and at least one orbit and one step")
+    if not 0 <= eccentricity < 1 or any(count < 1 or count % 1 != 0 for count in (orbits, steps)):
+        raise ValueError("a section needs 0 <= eccentricity < 1, and whole orbits and steps, at least one of each")
     starts = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(rate, dtype=float))
     drifts = np.array([*_DRIFTS, 1 - 2 * sum(_DRIFTS), *_DRIFTS[::-1]]) * 2 * np.pi / steps
     kicks = np.array([*_KICKS, 0.5 - sum(_KICKS), 0.5 - sum(_KICKS), *_KICKS[::-1]]) * 2 * np.pi / steps

@@ -17,12 +17,15 @@ from astroinertia.process.quantities import with_quantities
 def angular_momentum_spectrum(snapshots: xr.Dataset, points: int = 50) -> xr.DataArray:
     """Return j (snapshot_time, mass_share): the specific angular momentum about z that a share of the mass is below.
 
-    snapshots: as `dataset.open_snapshots` gives them; j is about the centre of mass and relative to its motion.
+    snapshots: as `dataset.open_snapshots` gives them; j is about the centre of mass and relative to its motion. points:
+    shares of the mass, in the middles of as many equal parts; ValueError below 1 and for no whole number.
 
     >>> j = angular_momentum_spectrum(ds.inertia.snapshots)
     >>> print(bool((j.diff("mass_share") >= 0).all()))  # in rising order of j
     True
     """
+    if points < 1 or points % 1 != 0:
+        raise ValueError(f"a spectrum is of a whole number of points, at least one, not {points}")
     snapshots = from_x_to_z(snapshots)
     share = (np.arange(points) + 0.5) / points
     spectra = []

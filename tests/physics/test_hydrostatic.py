@@ -168,8 +168,9 @@ def test_what_cannot_be_is_refused():
         planet_from_masses([-1.0, 2.0], [soft, soft])
     with pytest.raises(ValueError, match="rises"):
         planet_from_radii([2.0, 1.0], [soft, soft])
-    with pytest.raises(ValueError, match="at least one step"):
-        planet_from_masses([1.0], [soft], steps=0)
+    for steps in (0, 2.5):  # by two and a half the mass of iron below rock was 30 % too large
+        with pytest.raises(ValueError, match=f"a whole number of steps, at least one, not {steps}"):
+            planet_from_radii([1.0], [soft], steps=steps)
     with pytest.raises(NumericalError, match="2 steps a layer are too few"):
         planet_from_masses([10 * EARTH_MASS], [IRON_HCP], gravitational_constant=G, steps=2)
     with pytest.raises(NumericalError, match="beyond what the materials"):

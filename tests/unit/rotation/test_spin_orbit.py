@@ -93,6 +93,7 @@ def test_capture_happens_as_often_as_the_formula_says():
 
 
 def test_what_makes_no_section_is_refused():
-    for arguments in ((1.0, 0.1, 0.0, 1.0, 3), (0.1, 0.1, 0.0, 1.0, 0), (0.1, 0.1, 0.0, 1.0, 3, 0)):
+    orbit = (0.1, 0.1, 0.0, 1.0)
+    for arguments in ((1.0, 0.1, 0.0, 1.0, 3), (*orbit, 0), (*orbit, 3, 0), (*orbit, 2.5), (*orbit, 3, 48.5)):
         with pytest.raises(ValueError, match="section needs"):
             spin_orbit.surface_of_section(*arguments)

@@ -1,6 +1,7 @@
 """The spectrum of angular momentum."""
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from astroinertia.sph.placement import place
@@ -44,3 +45,11 @@ def test_matter_that_changes_places_leaves_the_spectrum_but_a_torque_between_hal
     found = angular_momentum_spectrum(snapshots(np.ones(1000), (x, spin), (x[order], spin[order]), (x, slowed)))
     np.testing.assert_allclose(found[1], found[0], atol=1e-12)
     assert abs(found[2] - found[0]).max() > 0.05
+
+
+@pytest.mark.parametrize("points", [0, 2.5])
+def test_a_spectrum_is_of_a_whole_number_of_points(points):
+    """Two and a half of them were three, whose last was the end of the mass."""
+    x = place(uniform(), 100, "random", 2)
+    with pytest.raises(ValueError, match=f"a whole number of points, at least one, not {points}"):
+        angular_momentum_spectrum(snapshots(np.ones(100), (x, x)), points)
