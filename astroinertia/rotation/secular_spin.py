@@ -59,7 +59,7 @@ def spin_history(
 
     precession_constant: alpha at time 0, rad s-1; it goes as exp(growth_rate t), slowly, as tides, moons or a shrinking
     planet change it. steps_per_radian: of the fastest of the orbit's rates and a tenth of alpha. ValueError for times
-    that do not increase, an axis of zero length, and a span of more than 2e9 steps.
+    that do not increase, an axis of zero length, less than a step a radian, and a span of more than 2e9 steps.
     A billion years take 0.3 s with one term and 5 s with the eight of the planets.
     Checked by tests/unit/rotation/test_secular_spin.py.
     """
@@ -74,6 +74,8 @@ def spin_history(
         raise ValueError(
             f"a precession constant and its growth are finite, not {precession_constant} and {growth_rate}"
         )
+    if not steps_per_radian >= 1:
+        raise ValueError(f"a spin's history takes at least one step a radian, not {steps_per_radian}")
     last = abs(precession_constant) * max(np.exp(growth_rate * times[0]), np.exp(growth_rate * times[-1]))
     fastest = max(np.abs(terms[1]).max(), 0.1 * last, abs(growth_rate))
     spans = np.diff(times)

@@ -92,6 +92,8 @@ def test_what_makes_no_history_is_refused(monkeypatch):
         (([0.0, 1.0], axis, 1.0, [0.1, 0.2], [1.0], [0.0]), "a rate and a phase"),
         (([0.0, 1e3], axis, 1.0, 0.1, 1.0, 0.0), "too many"),
         (([0.0, 1.0], axis, np.nan, 0.1, 1.0, 0.0), "finite"),
+        (([0.0, 1.0], axis, 1.0, 0.1, 1.0, 0.0, 0.0, 0), "at least one step a radian, not 0"),
+        (([0.0, 1.0], axis, 1.0, 0.1, 1.0, 0.0, 0.0, np.nan), "at least one step a radian, not nan"),
     ):
         with pytest.raises(ValueError, match=message):
             spin_history(*arguments)
