@@ -259,7 +259,7 @@ def astropy_quantity(values: Any, unit: str) -> Any:
     """
     from astropy import units as astropy_units  # only here and below: most commands read no unit
 
-    return astropy_units.Quantity(values, "" if unit == "1" else unit)
+    return astropy_units.Quantity(values, "" if unit == "1" else _ASTROPY_NAMES.get(unit, unit))
 
 
 def parsed(text: str) -> Any:
@@ -271,7 +271,7 @@ def parsed(text: str) -> Any:
     parts = _QUANTITY.fullmatch(text) if len(text) <= LONGEST_QUANTITY else None
     if parts is not None:
         with suppress(ValueError, TypeError):
-            return astropy_quantity(float(parts[1]), _ASTROPY_NAMES.get(parts[2], parts[2]))
+            return astropy_quantity(float(parts[1]), parts[2])
     raise SceneError(f"'{shown(text)}' is not a number and a unit that is known here.")
 
 
@@ -409,8 +409,9 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
             unit: Any = astropy_units.Unit(_ASTROPY_NAMES.get(text, text)).decompose()
             bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}
             scale = float(unit.scale)
-    except Exception:  # ValueError, TypeError, AttributeError and OverflowError have all been seen
-        raise SceneError(f"'{shown(text)}' is not a unit that is known here.") from None
+    except Exception as error:  # ValueError, TypeError, AttributeError and OverflowError have all been seen
+        hint = "; write what it divides by in brackets, as in kg/(m s)" if "multiple slashes" in str(error) else ""
+        raise SceneError(f"'{shown(text)}' is not a unit that is known here{hint}.") from None
     if not math.isfinite(scale) or scale <= 0.0:
         raise SceneError(f"the unit '{shown(text)}' has no finite size.")
     radians = bases.pop("rad", 0.0)

@@ -373,6 +373,9 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
         return InputTypeError(f"{name}: {wrong}{hint}.")
     if any(f"unexpected keyword argument '{key}'" in str(first) for key in options):  # passed on by the function
         return InputTypeError(f"{name}: {str(first).partition('() ')[2]}.")
+    for key, value in bound.arguments.items():  # first, for a count is rarely what an error speaks of
+        if not _may_be(signature.parameters[key], value):
+            return InputTypeError(f"{key} of {name} must be a whole number, not {value!r:.60}.")
     for key, value in bound.arguments.items():
         if of_text and isinstance(value, str) and repr(value) in str(error):
             return InputTypeError(f"{key} of {name} must be a number, not {value!r:.60}.")
@@ -428,6 +431,13 @@ def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
         return None
     words = {float: "a number", int: "a whole number", str: "text", bool: "True or False", NoneType: "None"}
     return " or ".join(words.get(kind, f"a {kind.__name__}") for kind in kinds) if named else "a number or an array"
+
+
+def _may_be(parameter: inspect.Parameter, value: Any) -> bool:
+    """False for a number that has a fraction, or is infinite, where a whole one is meant."""
+    made = parameter.annotation
+    counts = int in (get_args(made) or (made,)) and float not in get_args(made)
+    return not counts or not isinstance(value, float | np.floating) or float(value).is_integer()
 
 
 def _is_one_of(value: Any, kinds: tuple[type, ...]) -> bool:

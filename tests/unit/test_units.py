@@ -6,6 +6,7 @@ import sys
 from fractions import Fraction
 
 import pytest
+import xarray as xr
 from astropy import constants, units as u
 from hypothesis import given, strategies as st
 
@@ -58,6 +59,7 @@ BAD = [
     ("0x10 m", "not a unit"),
     ("1 " + "m " * 100, "longer than"),
     ("(" * 70 + "m", "not a number and a unit"),
+    ("3 m2/s/km", r"'m2/s/km' is not a unit .*; write what it divides by in brackets, as in kg/\(m s\)"),
 ]
 
 
@@ -89,6 +91,11 @@ def test_a_usual_scene_is_read_without_astropy():
     )
     command = [sys.executable, "-c", read, str(SIMS / "pulsar_collapse.toml")]
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip() == "False"
+
+
+def test_a_series_may_be_in_turns_a_minute():
+    series = xr.DataArray([30.0], attrs={"units": "rpm"})
+    assert units.in_si(units.with_unit(series), "angular_velocity") == pytest.approx([math.pi])
 
 
 @pytest.mark.parametrize("unit", ["Hz", "kHz", "1 Hz"])

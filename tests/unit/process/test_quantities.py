@@ -198,6 +198,11 @@ def sample(
     return mass + 0.0, radius, years, share, gravitational_constant, about
 
 
+@with_quantities()
+def counted(count: int) -> Any:
+    return range(count)
+
+
 def test_a_default_gravitational_constant_is_that_of_si_where_there_are_units() -> None:
     assert sample(2.0, 3.0)[4] == 1.0
     assert sample(2.0 * u.kg)[4] == GRAVITATIONAL_CONSTANT
@@ -235,6 +240,8 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
         (lambda: sample(None), InputTypeError, "mass of sample must be a number, not None."),
         (lambda: sample({}, 2.0), InputTypeError, "mass of sample must be a number, not something of the type dict."),
         (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not 'x'."),
+        (lambda: counted(2.5), InputTypeError, "count of counted must be a whole number, not 2.5."),
+        (lambda: counted(np.float64("nan")), InputTypeError, "count of counted must be a whole number, not"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any, kind: type, sentence: str) -> None:
