@@ -74,8 +74,8 @@ def advance(
     error allowed in a step, in the root mean square over the state. Where condition(time, state, arguments) is true
     after a step, the integration ends there, or after `most` steps (MOST_STEPS without it). rate and
     condition are functions of a module: each new one is compiled.
-    Runs under jax.enable_x64. Compiled as what runs briefly: of ellipsoids that takes 0.7 to 1.4 s less, as much as eighty
-    thousand steps take longer. Source: Prince & Dormand 1981, J. Comp. Appl. Math. 7, 67, as diffrax has it.
+    Runs under jax.enable_x64. Compiled as what runs briefly, which for ellipsoids takes 0.7 to 1.4 s less: as much as
+    eighty thousand steps take longer. Source: Prince & Dormand 1981, J. Comp. Appl. Math. 7, 67, as diffrax has it.
     Checked by tests/unit/engines/test_adaptive.py.
     """
     import diffrax  # which bodies that are followed by a splitting do without
