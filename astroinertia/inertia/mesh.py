@@ -7,7 +7,6 @@ batch of bodies with the same faces.
 """
 
 import io
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
+from astroinertia.inertia.mesh_files import READERS, size_of_binary_stl
 from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.atomic import regular
@@ -146,10 +146,10 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
 
 @with_quantities()
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and faces (F, 3) of a file that trimesh reads, such as STL, OBJ, PLY or OFF; its units are kept.
+    """Vertices (V, 3) and faces (F, 3) of a file in STL, OBJ, PLY or OFF; its units are kept.
 
     Vertices at the very same place are one afterwards, as closed meshes need and STL does not store. An ArchiveError
-    says what is wrong with a file, or that trimesh, the extra `mesh`, is not installed. Checked by
+    says what is wrong with a file, or that trimesh, the extra `mesh`, is not installed, which reads PLY. Checked by
     tests/unit/inertia/test_mesh.py.
 
     >>> import os, tempfile
@@ -160,10 +160,6 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     ...     print(f"{mesh_volume(*read_mesh(path)):.6f}")  # a tetrahedron: 1/6
     0.166667
     """
-    try:
-        import trimesh  # pyright: ignore[reportMissingImports]  an extra: only files need it
-    except ImportError:
-        raise ArchiveError(f"reading {path} needs the library trimesh: pip install 'astroinertia[mesh]'") from None
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise ArchiveError(
@@ -171,17 +167,9 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         )
     content = _content(path)
     try:
-        # Not by its name, from which trimesh would find the other files that it names; and of the geometry alone.
-        # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
-        kind = path.suffix[1:].lower()
-        options: dict[str, Any] = {"file_type": kind, "process": False, "skip_materials": True}
-        try:
-            loaded = trimesh.load_mesh(io.BytesIO(content), **options)
-        except Exception:
-            if kind != "off":
-                raise
-            loaded = trimesh.load_mesh(io.BytesIO(_in_triangles(content)), **options)
-        vertices, faces = np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
+        vertices, faces = READERS.get(path.suffix.lower(), _by_trimesh)(content)
+    except ArchiveError:
+        raise
     except ImportError as failure:  # what trimesh would guess the encoding of a text with
         raise ArchiveError(
             f"{path} cannot be read as a mesh: it is neither binary nor text as such files are"
@@ -196,21 +184,15 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     return places, numbers[faces]
 
 
-def _in_triangles(content: bytes) -> bytes:
-    """The text of an OFF file with a fan of triangles for each face, as trimesh fails at faces of 3 and of 5 corners.
-
-    What is no such file is left as it is.
-    """
-    lines = [line.split() for text in content.splitlines() if (line := text.partition(b"#")[0]).strip()]
+def _by_trimesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
     try:
-        head = [] if len(lines[0]) > 1 else [lines.pop(0)]  # the word OFF, which the counts may follow in its line
-        *word, points, faces = lines[0][: 2 + (not lines[0][0].isdigit())]
-        start = 1 + int(points)
-        rows = lines[start : start + int(faces)]
-        fans = [[b"3", row[1], *pair] for row in rows for pair in pairwise(row[2 : 1 + int(row[0])])]
-    except (ValueError, IndexError):
-        return content
-    return b"\n".join(map(b" ".join, [*head, [*word, points, b"%d" % len(fans)], *lines[1:start], *fans]))
+        import trimesh  # pyright: ignore[reportMissingImports]  an extra: only PLY needs it
+    except ImportError:
+        raise ArchiveError("reading PLY needs the library trimesh: pip install 'astroinertia[mesh]'") from None
+    # Of bytes, as by its name trimesh would find the other files that it names; and of the geometry alone.
+    # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
+    loaded = trimesh.load_mesh(io.BytesIO(content), file_type="ply", process=False, skip_materials=True)
+    return np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
 
 
 def _content(path: Path) -> bytes:
@@ -225,13 +207,17 @@ def _content(path: Path) -> bytes:
         raise ArchiveError(f"{path} cannot be read as a mesh: {failure.strerror or failure}") from failure
     # A file of holes, or of anything else that is no text, would be searched for numbers for minutes.
     if not _is_binary(path.suffix.lower(), content) and b"\0" in content:
-        raise ArchiveError(f"{path} cannot be read as a mesh: it is neither binary nor text as such files are")
+        why = "it is neither binary nor text as such files are"
+        if path.suffix.lower() == ".stl":
+            facets, expected = size_of_binary_stl(content)
+            why = f"as binary STL its {facets} facets take {expected} bytes, and it has {size}"
+        raise ArchiveError(f"{path} cannot be read as a mesh: {why}")
     return content
 
 
 def _is_binary(suffix: str, content: bytes) -> bool:
     if suffix == ".stl":
-        return len(content) == 84 + 50 * int.from_bytes(content[80:84], "little")
+        return size_of_binary_stl(content)[1] == len(content)
     return suffix == ".ply" and b"format binary_" in content[:200]
 
 

@@ -246,7 +246,6 @@ def test_trimesh_agrees():
 
 
 def test_a_file_that_is_no_mesh(tmp_path):
-    pytest.importorskip("trimesh")
     path = tmp_path / "body.stl"
     path.write_text("this is no mesh")
     for wrong in (path, tmp_path / "none.obj"):
@@ -267,6 +266,9 @@ def test_a_file_of_triangles_quadrangles_and_hexagons_is_read(tmp_path, head):
     assert float(body.mass) == pytest.approx(1.5 * 3**0.5, rel=1e-14)
     assert body.centre == pytest.approx([0.0, 0.0, 0.5], abs=1e-15)
     (tmp_path / "nut.off").write_text("\n".join(lines[:-2]))
+    with pytest.raises(ArchiveError, match="announces 12 vertices and 9 faces, and has 19 of both"):
+        mesh.read_mesh(tmp_path / "nut.off")
+    (tmp_path / "nut.off").write_text("\n".join(lines[:-2]).replace(" 9 ", " 7 "))
     with pytest.raises(ValueError, match="not closed"):
         mesh.mesh_body(*mesh.read_mesh(tmp_path / "nut.off"), density=1.0)
 
@@ -298,8 +300,9 @@ def test_only_the_geometry_is_read(tmp_path, capfd):
 
 def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / "body.ply").write_text("ply")
     with pytest.raises(ArchiveError, match=r"needs the library trimesh: pip install 'astroinertia\[mesh\]'"):
-        mesh.read_mesh(tmp_path / "body.stl")
+        mesh.read_mesh(tmp_path / "body.ply")
 
 
 def test_the_script_of_the_asteroid(tmp_path):
