@@ -3,7 +3,8 @@
 Vectors have their components in the order that labels of a dimension say, which is then the last; units are attributes.
 Files of netCDF-4 are HDF5, and are looked at before netCDF opens them. Those of the classic format are read by scipy,
 in Python: netCDF's own reader believes what their headers say, and damaged ones have crashed it.
-Tests: tests/unit/sph/test_initial_particles.py, tests/hard/test_malformed_files.py.
+Tests: tests/unit/sph/test_table_netcdf.py, tests/unit/sph/test_initial_particles.py,
+tests/hard/test_malformed_files.py.
 """
 
 from collections.abc import Callable
@@ -69,7 +70,7 @@ def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
     with path.open("rb") as file:
         if file.read(4) not in _CLASSIC:
             raise ValueError("it cannot be read as netCDF: it begins neither as netCDF-4 nor as classic files do")
-    with netcdf_file(path, mmap=False, maskandscale=True) as file:
+    with netcdf_file(path, mmap=False) as file:
         chosen = _chosen(path, file.variables, names, named)
         if any(len(variable.shape) > 2 or max(variable.shape, default=0) > most for variable in chosen.values()):
             raise SceneError(f"particle table {path} has more than {most} particles")
@@ -78,11 +79,28 @@ def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
 
 
 def _written(variable: Any) -> np.ma.MaskedArray:
-    """A variable without what was never written: scipy knows only of fill values that the file tells."""
-    values = np.ma.asarray(variable[:])
-    if variable.data.itemsize == 1 or hasattr(variable, "_FillValue") or hasattr(variable, "missing_value"):
-        return values
-    return np.ma.masked_where(np.ma.getdata(values) == fill_value(variable.data.dtype), values)
+    """A variable unpacked, and without what was never written or is not valid, as netCDF's own library has it.
+
+    scipy unpacks, too, but knows neither numbers without a sign, nor valid ranges, nor what is written by default.
+    """
+    stored = np.array(variable[:])
+    unsigned = getattr(variable, "_Unsigned", b"").lower() == b"true"
+    raw = stored.view(stored.dtype.str.replace("i", "u")) if unsigned else stored
+
+    def stated(name: str) -> np.ndarray:
+        values = np.ravel(getattr(variable, name, ()))
+        return values.astype(stored.dtype).view(raw.dtype) if values.dtype.kind in "fiu" else raw[:0]
+
+    hidden = np.isin(raw, [*stated("_FillValue"), *stated("missing_value")])
+    if stored.itemsize > 1 and not hasattr(variable, "_FillValue"):
+        hidden |= stored == fill_value(stored.dtype)
+    bounds = stated("valid_range")
+    for lowest in (*stated("valid_min"), *bounds[:1]):
+        hidden |= raw < lowest
+    for highest in (*stated("valid_max"), *bounds[1:]):
+        hidden |= raw > highest
+    scale, offset = (float(getattr(variable, *of)) for of in (("scale_factor", 1.0), ("add_offset", 0.0)))
+    return np.ma.masked_where(hidden, raw.astype(float) * scale + offset)
 
 
 def fill_value(dtype: np.dtype) -> Any:

@@ -1,0 +1,64 @@
+"""Particle tables in netCDF of every format, as netCDF's own library reads them: packed, unsigned, and not valid."""
+
+import netCDF4
+import numpy as np
+import pytest
+from scipy.io import netcdf_file
+
+from astroinertia.errors import SceneError
+from astroinertia.sph.table import read_table
+
+FORMATS = ("NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET")
+COUNT = 6
+COLUMNS = {
+    "mass": np.full(COUNT, 2.0),
+    **{name: np.linspace(-1.0, 1.0, COUNT) + shift for shift, name in enumerate("xyz")},
+}
+
+
+def table(path, layout="NETCDF4", missing=None, odd=None, **attributes):
+    """Columns in a file, of which x has `odd` in its fourth row and the attributes."""
+    with netCDF4.Dataset(path, "w", format=layout) as file:
+        file.createDimension("particle", COUNT)
+        for name, values in COLUMNS.items():
+            variable = file.createVariable(name, "f8", ("particle",), fill_value=missing)
+            variable.set_auto_mask(False)
+            variable[:] = values
+        if odd is not None:
+            file["x"][3] = odd
+        for name, value in attributes.items():
+            file["x"].setncattr(name, value)
+    return path
+
+
+@pytest.mark.parametrize("layout", FORMATS)
+@pytest.mark.parametrize(
+    ("odd", "attributes"),
+    [
+        (9e9, {"valid_range": np.array([-100.0, 100.0])}),
+        (9e9, {"valid_max": 100.0}),
+        (-9e9, {"valid_min": -100.0}),
+        (-99.0, {"missing_value": -99.0}),
+        (-9.0, {"missing": -9.0}),
+        (-99.0, {"missing": -9.0, "missing_value": -99.0}),
+        (netCDF4.default_fillvals["f8"], {"missing_value": -99.0}),
+    ],
+)
+def test_what_is_not_valid_is_no_number(tmp_path, layout, odd, attributes):
+    with pytest.raises(SceneError, match="x of row 4 is not finite"):
+        read_table(table(tmp_path / "p.nc", layout, odd=odd, **attributes))
+    assert read_table(table(tmp_path / "valid.nc", layout, **attributes)).position[3, 0] == COLUMNS["x"][3]
+
+
+def test_packed_bytes_without_a_sign(tmp_path):
+    with netcdf_file(tmp_path / "p.nc", "w") as file:
+        file.createDimension("particle", COUNT)
+        for name, values in COLUMNS.items():
+            variable = file.createVariable(name, "b", ("particle",))
+            variable[:] = np.round((values + 1.0) * 50.0).astype("u1").view("i1")
+            variable._Unsigned, variable.scale_factor, variable.add_offset = b"true", np.array(0.02), np.array(-1.0)
+    found = read_table(tmp_path / "p.nc")
+    with netCDF4.Dataset(tmp_path / "p.nc") as file:
+        for column, name in enumerate("xyz"):
+            np.testing.assert_array_equal(found.position[:, column], file[name][:])
+    assert found.position[-1] == pytest.approx([1.0, 2.0, 3.0], abs=1e-14)  # beyond 127 as a byte
