@@ -6,6 +6,7 @@ here they stay where the run has them, about the origin, and `InitialConditions:
 moves them. Tests: tests/unit/interop/test_export.py, tests/physics/test_exports_elsewhere.py.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,19 +49,20 @@ def write_swift(snapshot: Snapshot, path: Path) -> None:
     1200.0 (100, 3)
     """
     arrays = snapshot.arrays
+    field = partial(_field, dimensionless=snapshot.dimensionless)
     nothing = Dimension(0, 0, 0)
-    columns = {"PartType0/ParticleIDs": Column(snapshot.identity, _field(nothing, "number of the particle, from 1"))}
+    columns = {"PartType0/ParticleIDs": Column(snapshot.identity, field(nothing, "number of the particle, from 1"))}
     for name, written in NAMES.items():
         if name in arrays:
-            described = _field(dimension(name), SNAPSHOT[name].long_name)
+            described = field(dimension(name), SNAPSHOT[name].long_name)
             columns[f"PartType0/{written}"] = Column(plain(name, arrays[name]), described)
     if "smoothing_length" in arrays:
         scale = arrays["smoothing_length"]
-        columns["PartType0/KernelScales"] = Column(scale, _field(DIMENSIONS["length"], "h of astroinertia"))
+        columns["PartType0/KernelScales"] = Column(scale, field(DIMENSIONS["length"], "h of astroinertia"))
         if snapshot.support is not None:
             lengths = snapshot.support / KERNELS[str(snapshot.kernel)][1] * scale
             columns["PartType0/SmoothingLengths"] = Column(
-                lengths, _field(DIMENSIONS["length"], "twice the kernel's deviation")
+                lengths, field(DIMENSIONS["length"], "twice the kernel's deviation")
             )
     write_hdf5(path, _groups(snapshot), columns)
 
@@ -116,7 +118,8 @@ def _header(snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
-def _field(of: Dimension, description: str) -> dict[str, Any]:
+def _field(of: Dimension, description: str, dimensionless: bool) -> dict[str, Any]:
+    cgs = 1.0 if dimensionless else in_cgs(of)
     exponents = {
         "U_M": of.mass,
         "U_L": of.length,
@@ -129,8 +132,8 @@ def _field(of: Dimension, description: str) -> dict[str, Any]:
     return {
         **_lists({f"{name} exponent": power for name, power in exponents.items()}),
         **_lists({
-            "Conversion factor to CGS (not including cosmological corrections)": in_cgs(of),
-            "Conversion factor to physical CGS (including cosmological corrections)": in_cgs(of),
+            "Conversion factor to CGS (not including cosmological corrections)": cgs,
+            "Conversion factor to physical CGS (including cosmological corrections)": cgs,
         }),
         "Description": _text(description),
         "Lossy compression filter": _text("None"),

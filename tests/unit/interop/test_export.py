@@ -189,6 +189,18 @@ def test_a_dimensionless_run_says_that_it_has_no_units(tmp_path):
         np.testing.assert_array_equal(file["PartType0/SmoothingLength"], 3.0 * bare["smoothing_length"])
 
 
+@pytest.mark.parametrize("dimensionless", [False, True])
+def test_the_units_of_swift_agree_with_those_of_its_fields(tmp_path, dimensionless):
+    folder = finished(tmp_path / "star", {"dimensionless": dimensionless})
+    with h5py.File(export(folder, "swift", "0")[0]) as file:
+        units = {name.split("(")[1][:-1]: value[0] for name, value in file["Units"].attrs.items()}
+        for field in file["PartType0"].values():
+            factors = [units[name] ** field.attrs[f"{name} exponent"][0] for name in ("U_M", "U_L", "U_t")]
+            for kind in ("CGS (not including", "physical CGS (including"):
+                stated = field.attrs[f"Conversion factor to {kind} cosmological corrections)"][0]
+                assert stated == pytest.approx(np.prod(factors), rel=1e-14)
+
+
 def test_the_box_of_a_periodic_run_is_reported(tmp_path):
     scene = 'name = "b"\n[box]\nlengths = ["2 km", "2 km", "2 km"]\n'
     folder = finished(tmp_path / "boxed", {"scene": scene})
