@@ -178,13 +178,13 @@ def summary(folder: Path) -> list[str]:
     """What members ended with, one row each."""
     import numpy as np
 
-    from astroinertia import dataset
+    from astroinertia.cli import result
     from astroinertia.scene.sweep import member
     from astroinertia.sweeps import combined
     from astroinertia.sweeps.folder import read
     from astroinertia.units import shown
 
-    sweep, data = read(folder), dataset.open(folder)
+    sweep, data = read(folder), result.opened(folder)
     end = combined.at_end(data.assign(spin_rate=data.inertia.spin_rate()))
     columns = {
         "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),

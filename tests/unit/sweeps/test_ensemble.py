@@ -3,6 +3,8 @@
 import os
 import shutil
 import signal
+import subprocess
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -542,6 +544,13 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
         folder.read(tmp_path)
     with pytest.raises(SceneError, match="'nowhere' is no address of a cluster"):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
+
+
+def test_a_sweep_is_shown_by_a_process_that_does_nothing_else(grid):
+    command = [sys.executable, "-m", "astroinertia", "show", str(grid[0])]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "member-0003" in done.stdout
 
 
 def test_the_spin_of_members_is_that_about_their_angular_momentum(grid, monkeypatch):
