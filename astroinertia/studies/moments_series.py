@@ -101,7 +101,8 @@ def _from_x_to_z(position: xr.DataArray, component: str) -> xr.DataArray:
     labels = position[component].values
     if labels.dtype.kind in "fiu" and (np.diff(labels) > 0).all():
         return position
-    letters = [str(label).lower() for label in labels]
+    # Other programs than xarray write text as characters, which xarray reads as bytes.
+    letters = [str(label.decode() if isinstance(label, bytes) else label).lower() for label in labels.tolist()]
     if sorted(letters) != ["x", "y", "z"]:
         raise ValueError(f"the components of position are {', '.join(letters)}, and not x, y, z")
     return position if letters == ["x", "y", "z"] else position.isel({component: np.argsort(letters)})

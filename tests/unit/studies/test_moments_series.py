@@ -92,6 +92,20 @@ def test_components_are_those_that_labels_say():
             moments_series(given.assign_coords(i=labels))
 
 
+@pytest.mark.parametrize("layout", ["NETCDF4", "NETCDF3_CLASSIC"])
+def test_labels_may_be_characters_as_other_programs_write_them(tmp_path, layout):
+    given = snapshots()
+    with netCDF4.Dataset(tmp_path / "s.nc", "w", format=layout) as file:
+        for dim, size in given.sizes.items():
+            file.createDimension(dim, size)
+        file.createVariable("i", "S1", ("i",))[:] = np.array(list("ZXY"), "S1")
+        for name, values in given.isel(i=[2, 0, 1]).data_vars.items():
+            file.createVariable(name, "f8", values.dims)[:] = values.values
+    with xr.open_dataset(tmp_path / "s.nc") as opened:
+        found = moments_series(opened)
+    np.testing.assert_array_equal(found["inertia_tensor"], moments_series(given)["inertia_tensor"])
+
+
 def test_single_precision_is_summed_in_double():
     given = snapshots(dtype=np.float32, shift=1000.0)
     exact = given.assign(position=given["position"].astype(float))
