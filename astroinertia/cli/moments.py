@@ -15,7 +15,7 @@ files:
   .csv .ecsv .npz .nc .h5   columns mass, x, y, z (or position, of three numbers a particle)
   .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it tells its units
   a dump of Phantom         whatever it is called; sinks count as points; needs the extra astroinertia[phantom]
-  .stl .obj .ply .off       a closed mesh, homogeneous inside; .ply needs the extra astroinertia[mesh]
+  .stl .obj .ply .off       a closed mesh, homogeneous inside
   runs/NAME or its .nc      a snapshot of a run
 
 All moments are about one point. I/(M R^2) takes for R the distance of the outermost particle from the centre of mass,

@@ -6,7 +6,6 @@ part that is inside out counts as negative too, which shows only if the whole do
 batch of bodies with the same faces.
 """
 
-import io
 from pathlib import Path
 from typing import Any
 
@@ -149,8 +148,7 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) and faces (F, 3) of a file in STL, OBJ, PLY or OFF; its units are kept.
 
     Vertices at the very same place are one afterwards, as closed meshes need and STL does not store. An ArchiveError
-    says what is wrong with a file, or that trimesh, the extra `mesh`, is not installed, which reads PLY. Checked by
-    tests/unit/inertia/test_mesh.py.
+    says what is wrong with a file. Checked by tests/unit/inertia/test_mesh_files.py.
 
     >>> import os, tempfile
     >>> lines = ["OFF", "4 4 0", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "3 0 2 1", "3 0 1 3", "3 0 3 2", "3 1 2 3"]
@@ -167,14 +165,8 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         )
     content = _content(path)
     try:
-        vertices, faces = READERS.get(path.suffix.lower(), _by_trimesh)(content)
-    except ArchiveError:
-        raise
-    except ImportError as failure:  # what trimesh would guess the encoding of a text with
-        raise ArchiveError(
-            f"{path} cannot be read as a mesh: it is neither binary nor text as such files are"
-        ) from failure
-    except Exception as failure:  # readers of foreign formats fail in their own ways
+        vertices, faces = READERS[path.suffix.lower()](content)
+    except Exception as failure:  # what is wrong with a file shows in many ways
         raise ArchiveError(f"{path} cannot be read as a mesh: {plain_text(failure)}") from failure
     if not len(faces):
         raise ArchiveError(f"{path} cannot be read as a mesh: it has no faces")
@@ -182,17 +174,6 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
         raise ArchiveError(f"{path} cannot be read as a mesh: a face has a corner that is not there")
     places, numbers = _distinct(vertices + 0.0)  # + 0.0: -0 and 0 are one place
     return places, numbers[faces]
-
-
-def _by_trimesh(content: bytes) -> tuple[np.ndarray, np.ndarray]:
-    try:
-        import trimesh  # pyright: ignore[reportMissingImports]  an extra: only PLY needs it
-    except ImportError:
-        raise ArchiveError("reading PLY needs the library trimesh: pip install 'astroinertia[mesh]'") from None
-    # Of bytes, as by its name trimesh would find the other files that it names; and of the geometry alone.
-    # As stored: merging within trimesh's fixed tolerance would ruin a mesh in large units.
-    loaded = trimesh.load_mesh(io.BytesIO(content), file_type="ply", process=False, skip_materials=True)
-    return np.asarray(loaded.vertices, float), np.asarray(loaded.faces, np.int64)
 
 
 def _content(path: Path) -> bytes:

@@ -1,7 +1,6 @@
 """Closed meshes against closed forms, their order of convergence, far from the origin, and what is refused."""
 
 import os
-import sys
 import time
 
 import jax
@@ -296,13 +295,6 @@ def test_only_the_geometry_is_read(tmp_path, capfd):
     for name in ("body.obj", "body.ply"):  # a pipe that is opened is waited for
         assert len(mesh.read_mesh(tmp_path / name)[1]) == len(faces)
     assert capfd.readouterr() == ("", "")
-
-
-def test_a_missing_library_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "trimesh", None)
-    (tmp_path / "body.ply").write_text("ply")
-    with pytest.raises(ArchiveError, match=r"needs the library trimesh: pip install 'astroinertia\[mesh\]'"):
-        mesh.read_mesh(tmp_path / "body.ply")
 
 
 def test_the_script_of_the_asteroid(tmp_path):

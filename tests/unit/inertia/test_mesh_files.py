@@ -91,6 +91,71 @@ def test_binary_stl_may_begin_as_text_does(tmp_path):
         read(tmp_path, "stl", content[:-10])
 
 
+PLY = """\
+ply
+format {kind} 1.0
+comment element vertex 3
+obj_info made by hand
+element vertex 8
+property double z
+property uchar red
+property double x
+property float quality
+property double y
+element face {count}
+property uchar flags
+property list uchar {index} vertex_index
+property list int float texcoord
+property short material
+element edge 1
+property int vertex1
+property int vertex2
+end_header
+"""
+
+
+def polygons(kind, rows, index="int", end="\n"):
+    """A box in PLY with more about vertices and faces than their places and corners."""
+    letters = {"int": "i", "uint": "I", "ushort": "H", "uchar": "B"}[index]
+    order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}[kind]
+
+    def packed(form, *values):
+        return f"{' '.join(map(repr, values))}{end}".encode() if kind == "ascii" else struct.pack(order + form, *values)
+
+    content = PLY.format(kind=kind, count=len(rows), index=index).replace("\n", end).encode()
+    for x, y, z in PLACES:
+        content += packed("dBdfd", float(z), 9, float(x), 0.5, float(y))
+    for row in rows:
+        content += packed(f"BB{len(row)}{letters}i2fh", 3, len(row), *row, 2, 0.25, 0.75, -4)
+    return content + packed("ii", 0, 1)
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_ply(tmp_path, kind, end):
+    is_the_box(read(tmp_path, "ply", polygons(kind, QUADS, end=end)))
+    is_the_box(read(tmp_path, "ply", polygons(kind, TRIANGLES, "ushort", end)))
+    is_the_box(read(tmp_path, "ply", polygons(kind, [*QUADS[:3], *TRIANGLES[6:]], "uint", end)))
+    is_the_box(read(tmp_path, "ply", polygons(kind, [*TRIANGLES[:6], *QUADS[3:]], "uchar", end)))
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("rows", [QUADS, [*TRIANGLES[:6], *QUADS[3:]]])
+def test_ply_that_is_not_whole(tmp_path, kind, rows):
+    content = polygons(kind, rows)
+    for wrong in (
+        content[:-12],
+        content + b"1 2 3",
+        content.replace(b"face %d" % len(rows), b"face 900"),
+        content[:90],
+    ):
+        with pytest.raises(ArchiveError, match="cannot be read as a mesh: (it|a row of face) "):
+            read(tmp_path, "ply", wrong)
+    for count in (b"1000000000000", b"-1"):
+        with pytest.raises(ArchiveError, match="cannot be read as a mesh"):
+            read(tmp_path, "ply", content.replace(b"vertex 8", b"vertex " + count))
+
+
 def test_what_is_left_of_a_file_that_ends_early_is_no_body(tmp_path):
     two = solid() + solid(moved=BESIDE)
     assert float(read(tmp_path, "stl", two).mass) == pytest.approx(60.0, rel=1e-14)
