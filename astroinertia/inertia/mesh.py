@@ -53,14 +53,15 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
     named[faces] = True
     if not named.all():  # what no face names is no part of the body
         points, faces = points[..., named, :], (np.cumsum(named) - 1)[faces]
-    reference, volume, first, second = _volume_integrals(xp, points, faces)
-    _check_volume(xp, points, volume)
-    shift = first / volume[..., None]
-    own = second / volume[..., None, None] - shift[..., :, None] * shift[..., None, :]
-    shape = xp.broadcast_shapes(amount.shape, volume.shape)
-    total = xp.broadcast_to(amount * volume if mass is None else amount, shape)
-    centre = xp.broadcast_to(reference + shift, (*shape, 3))
-    return Body(total, centre, total[..., None, None] * inertia_from_second_moment(own))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
+        reference, volume, first, second = _volume_integrals(xp, points, faces)
+        _check_volume(xp, points, volume)
+        shift = first / volume[..., None]
+        own = second / volume[..., None, None] - shift[..., :, None] * shift[..., None, :]
+        shape = xp.broadcast_shapes(amount.shape, volume.shape)
+        total = xp.broadcast_to(amount * volume if mass is None else amount, shape)
+        centre = xp.broadcast_to(reference + shift, (*shape, 3))
+        return Body(total, centre, total[..., None, None] * inertia_from_second_moment(own))
 
 
 @with_quantities()
@@ -230,6 +231,8 @@ def _check_volume(xp: Any, points: Array, volume: Array) -> None:
     if not is_known(volume):
         return
     box = xp.prod(points.max(-2) - points.min(-2), axis=-1)
+    if not (xp.isfinite(box) & xp.isfinite(volume)).all():
+        raise ValueError("the mesh is too large: its volume is beyond what a number holds")
     if (abs(volume) <= _ROUNDINGS * xp.finfo(volume.dtype).eps * box).any():
         raise ValueError("the mesh encloses no volume")
     if (volume < 0).any():

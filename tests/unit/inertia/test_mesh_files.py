@@ -149,7 +149,7 @@ def test_ply_that_is_not_whole(tmp_path, kind, rows):
         content.replace(b"face %d" % len(rows), b"face 900"),
         content[:90],
     ):
-        with pytest.raises(ArchiveError, match="cannot be read as a mesh: (it|a row of face) "):
+        with pytest.raises(ArchiveError, match=r"cannot be read as a mesh: (it|a row of face) "):
             read(tmp_path, "ply", wrong)
     for count in (b"1000000000000", b"-1"):
         with pytest.raises(ArchiveError, match="cannot be read as a mesh"):
