@@ -57,7 +57,11 @@ def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
             count = snapshots["mass"].shape[0]
             _check(path, chosen, most * count, 1 / count)
             labels = _labels(path, snapshots.variables, chosen)
-            return _read(path, chosen, {name: variable[-1] for name, variable in chosen.items()}, labels)
+            last = {name: variable[-1] for name, variable in chosen.items()}
+            if gone := int(np.isnan(np.ma.filled(last["mass"], 0.0)).sum()):
+                lost = f"{gone} of its {last['mass'].size} particles are in sinks, which a table has not"
+                raise SceneError(f"particle table {path} is of a run that ended as no whole body: {lost}")
+            return _read(path, chosen, last, labels)
         chosen = _chosen(path, file.variables, names, named)
         _check(path, chosen, most)
         labels = _labels(path, file.variables, chosen)

@@ -50,6 +50,20 @@ def test_what_is_not_valid_is_no_number(tmp_path, layout, odd, attributes):
     assert read_table(table(tmp_path / "valid.nc", layout, **attributes)).position[3, 0] == COLUMNS["x"][3]
 
 
+def test_a_run_whose_sinks_have_accreted_is_no_body(tmp_path):
+    mass = np.array([[2.0] * COUNT, [2.0, np.nan, 2.0, np.nan, np.nan, 2.0]])
+    with netCDF4.Dataset(tmp_path / "run.nc", "w") as file:
+        group = file.createGroup("snapshots")
+        for dim, size in {"snapshot_time": 2, "particle": COUNT, "i": 3}.items():
+            group.createDimension(dim, size)
+        group.createVariable("mass", "f8", ("snapshot_time", "particle"))[:] = mass
+        for name in ("position", "velocity"):
+            group.createVariable(name, "f8", ("snapshot_time", "particle", "i"))[:] = mass[..., None]
+        group.createVariable("internal_energy", "f8", ("snapshot_time", "particle"))[:] = mass
+    with pytest.raises(SceneError, match="no whole body: 3 of its 6 particles are in sinks"):
+        read_table(tmp_path / "run.nc")
+
+
 def test_packed_bytes_without_a_sign(tmp_path):
     with netcdf_file(tmp_path / "p.nc", "w") as file:
         file.createDimension("particle", COUNT)
