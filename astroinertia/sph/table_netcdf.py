@@ -19,7 +19,7 @@ from astroinertia.storage.bounded import check_proportion, plain_text
 from astroinertia.storage.table_hdf5 import VECTORS, stated_unit
 from astroinertia.units import shown
 
-_CLASSIC = (b"CDF\x01", b"CDF\x02")
+_CLASSIC, _CDF5 = (b"CDF\x01", b"CDF\x02"), b"CDF\x05"
 _LONGEST_LABELS = 300  # characters of the labels of three components
 _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity", "u": "internal_energy"}
 
@@ -72,7 +72,10 @@ def _classic(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
     from scipy.io import netcdf_file
 
     with path.open("rb") as file:
-        if file.read(4) not in _CLASSIC:
+        begins = file.read(4)
+        if begins == _CDF5:
+            raise ValueError("it has netCDF's format CDF-5, which is not read; `nccopy -k nc4` makes netCDF-4 of it")
+        if begins not in _CLASSIC:
             raise ValueError("it cannot be read as netCDF: it begins neither as netCDF-4 nor as classic files do")
     with netcdf_file(path, mmap=False) as file:
         chosen = _chosen(path, file.variables, names, named)

@@ -50,6 +50,11 @@ def test_what_is_not_valid_is_no_number(tmp_path, layout, odd, attributes):
     assert read_table(table(tmp_path / "valid.nc", layout, **attributes)).position[3, 0] == COLUMNS["x"][3]
 
 
+def test_the_format_that_is_not_read_is_named(tmp_path):
+    with pytest.raises(SceneError, match="netCDF's format CDF-5, which is not read; `nccopy -k nc4` makes netCDF-4"):
+        read_table(table(tmp_path / "p.nc", "NETCDF3_64BIT_DATA"))
+
+
 def test_a_run_whose_sinks_have_accreted_is_no_body(tmp_path):
     mass = np.array([[2.0] * COUNT, [2.0, np.nan, 2.0, np.nan, np.nan, 2.0]])
     with netCDF4.Dataset(tmp_path / "run.nc", "w") as file:
