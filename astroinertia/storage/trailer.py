@@ -40,6 +40,17 @@ def check(path: Path) -> None:
         raise ArchiveError(sentence)
 
 
+def is_whole(path: Path) -> bool:
+    """Whether a file is there, and what its line says; one without a line is taken as it is."""
+    if not path.is_file():  # a pipe would be waited for
+        return False
+    try:
+        check(path)
+    except ArchiveError:
+        return False
+    return True
+
+
 def is_there(path: Path) -> bool:
     """Whether a file ends with such a line, as results of runs do."""
     return _line(path, path.stat().st_size) is not None

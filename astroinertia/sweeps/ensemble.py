@@ -19,6 +19,7 @@ from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
 from astroinertia.scene.sweep import Sweep
+from astroinertia.storage import trailer
 from astroinertia.storage.archive import locked
 from astroinertia.storage.atomic import remove_leftovers, write_whole
 from astroinertia.sweeps import combined, folder as folders
@@ -95,8 +96,8 @@ def run_sweep(
         until = clock.time() + deadline - clock.monotonic()
         tasks = [Task(str(folder.absolute()), number, session, minutes, until) for number in left(sweep, folder)]
         file = combined.path(sweep, folder)
-        if tasks:
-            file.unlink(missing_ok=True)  # of before members that failed were run again
+        if tasks or not trailer.is_whole(file):
+            file.unlink(missing_ok=True)  # of before members that failed were run again, or damaged since
         try:
             _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
         except SweepInterrupted as stopped:  # members are saved by now

@@ -19,6 +19,7 @@ from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.sweep import GRID, Sweep, member
 from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate
+from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
 from astroinertia.storage.atomic import own_folder, read_json, write_json
 from astroinertia.storage.bounded import plain_text
@@ -114,7 +115,7 @@ def _plain(sweep: Sweep) -> dict[str, Any]:
 
 
 def finished(folder: Path, number: int) -> Path | None:
-    """The netCDF file of a member that is finished.
+    """The netCDF file of a member that is finished; None where it is damaged, too, so that it is written again.
 
     >>> print(finished(Path("runs/sweep"), 0).parent.name, finished(Path("runs/sweep"), 7))
     member-0000 None
@@ -123,7 +124,8 @@ def finished(folder: Path, number: int) -> Path | None:
     if not (own / MANIFEST).exists():
         return None
     try:
-        return Archive.view(own).finished
+        file = Archive.view(own).finished
+        return file if file is not None and trailer.is_whole(file) else None
     except ArchiveError:
         return None  # damaged: to be reported when the member is gone on with
 

@@ -14,7 +14,7 @@ from astroinertia.errors import ArchiveError, AstroinertiaError, NumericalError,
 from astroinertia.process.interrupts import LIMIT
 from astroinertia.run.loop import Listener, Progress
 from astroinertia.scene.sweep import Sweep, member
-from astroinertia.storage.archive import LOCK, MANIFEST, Archive, locked
+from astroinertia.storage.archive import LOCK, MANIFEST, locked
 from astroinertia.storage.atomic import own_folder
 from astroinertia.sweeps import folder as folders
 from astroinertia.sweeps.folder import FAILURE, SESSION, Failure
@@ -88,7 +88,7 @@ def _run(task: Task, place: Path, listener: Listener) -> None:
     _wait_for_lock(own_folder(place.parent, place.name))
     deadline = clock.monotonic() + task.until - clock.time()
     if (place / MANIFEST).exists():
-        if Archive.view(place).finished is None:
+        if folders.finished(place.parent, task.number) is None:
             running.resume(place, listener, deadline)
     else:
         scene = _sweep(task.folder, task.session).scene(task.number)

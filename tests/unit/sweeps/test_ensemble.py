@@ -546,6 +546,25 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
 
 
+@pytest.mark.parametrize(
+    ("damaged", "left"),
+    [(["core.nc"], []), (["member-0001/core.nc", "core.nc"], [1]), (["member-0002/core.nc"], [2])],
+)
+def test_files_that_a_disk_has_damaged_are_written_again(grid, tmp_path, damaged, left):
+    place = shutil.copytree(grid[0], tmp_path / "sweep")
+    for name in damaged:
+        content = bytearray((place / name).read_bytes())
+        content[len(content) // 2] ^= 1
+        (place / name).write_bytes(content)
+    assert ensemble.left(made(), place) == left
+    ensemble.resume(place)
+    xr.testing.assert_equal(
+        astroinertia.open(place).drop_vars(OF_THE_CLOCK), astroinertia.open(grid[0]).drop_vars(OF_THE_CLOCK)
+    )
+    for number in range(4):
+        assert astroinertia.open(place / member(number)).sizes["time"] > 1
+
+
 def test_a_sweep_is_shown_by_a_process_that_does_nothing_else(grid):
     command = [sys.executable, "-m", "astroinertia", "show", str(grid[0])]
     done = subprocess.run(command, capture_output=True, text=True)
