@@ -91,6 +91,8 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
         own = {alias: key for key, aliases in _FIELDS.items() for alias in aliases if alias in fields}
         read = numbers(path, name, {alias: fields[alias] for alias in own}, most)
         columns = {own[alias]: column for alias, column in read.items()}
+        if "u" in columns and attributes[_HEADER].number("Flag_Entropy_ICs"):
+            raise SceneError(f"{name} has entropies where energies are (Flag_Entropy_ICs), which are not read")
         if "position" not in columns:
             raise SceneError(f"{name} has no Coordinates in {peopled[0]}")
         if "mass" not in columns:

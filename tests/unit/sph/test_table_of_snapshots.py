@@ -281,6 +281,7 @@ BAD = {
     "swift's cosmology": ([swift, attribute("Cosmology", "Cosmological run", [1])], "expanding universe"),
     "over h": ([gadget4, attribute("Parameters", "HubbleParam", 0.7)], "has a HubbleParam"),
     "over h, without units": ([fill, attribute("Header", "HubbleParam", 0.7)], "has a HubbleParam"),
+    "entropies": ([gadget4, attribute("Header", "Flag_Entropy_ICs", 1)], "entropies where energies are"),
     "no places": ([gadget4, without("PartType0/Coordinates")], "has no Coordinates in PartType0"),
     "no masses": ([gadget4, without("PartType0/Masses")], "neither Masses in PartType0 nor a mass"),
     "another file": ([gadget4, elsewhere], "neither Masses in PartType0 nor a mass"),
