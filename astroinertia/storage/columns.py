@@ -21,12 +21,12 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.storage.bounded import npz_members, plain_text
 from astroinertia.storage.table_hdf5 import (
-    ASTROPY_UNIT,
     SUFFIXES as HDF5_SUFFIXES,
     VECTORS,
     hdf5_columns,
     split_units,
     split_vectors,
+    units_in_head,
 )
 from astroinertia.units import quantity, shown
 
@@ -149,13 +149,14 @@ def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str, 
     except UnicodeDecodeError as error:
         raise SceneError(f"{wanted.what} {path} is not text") from error
     of_astropy = bool(comments) and comments[0].startswith(_ECSV)
-    delimiter = " " if of_astropy and "# delimiter: ','" not in map(str.strip, comments) else ","
+    commas = any(re.fullmatch(r"# delimiter: ([\"']),\1\s*", line) for line in comments)
+    delimiter = " " if of_astropy and not commas else ","
     heads = next(csv.reader([line], delimiter=delimiter), [])
     parts = [HEAD_WITH_UNIT.fullmatch(head) if wanted.dimensions else None for head in heads]
     names = [wanted.named(head.strip() if part is None else part[1]) for head, part in zip(heads, parts, strict=True)]
     units = {name: part[2] or part[3] for name, part in zip(names, parts, strict=True) if part is not None}
     if of_astropy and wanted.dimensions:
-        units |= {wanted.named(one[1]): one[2] for one in map(ASTROPY_UNIT.match, comments) if one is not None}
+        units |= {wanted.named(name): unit for name, unit in units_in_head(comments).items()}
     vectors = {name: VECTORS[name] for name in names if name in VECTORS} if of_astropy and wanted.dimensions else {}
     return names, split_units(units), delimiter, vectors
 

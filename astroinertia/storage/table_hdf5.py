@@ -8,7 +8,7 @@ Tests: tests/unit/storage/test_table_hdf5.py.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,7 @@ from astroinertia.storage.bounded import check_proportion, plain_text
 
 SUFFIXES = (".h5", ".hdf5")
 VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
-ASTROPY_UNIT = re.compile(r"(?:# )?- \{name: ([^,}]{1,40}), unit: ([^,}]{1,40}),")
-"""A line in which astropy says the name and the unit of a column."""
+_SAID = re.compile(r"(?:^-? *|[{,] *)(name|unit): *['\"]?([^,}'\"]{1,40})")
 _OF_ASTROPY = ".__table_column_meta__"  # the dataset of such lines beside a structured one
 _MASK = ".mask"  # what astropy adds to the name of a field for that which says of what rows it is masked
 _MOST_MEMBERS = 1000  # names that are looked at in a group
@@ -120,8 +119,28 @@ def _of_astropy(h5py: Any, table: Any) -> dict[str, str]:
         return {}
     if lines.dtype.itemsize * max(lines.size, np.prod(lines.chunks or (), dtype=float)) > _MOST_BYTES:
         return {}
-    said = (ASTROPY_UNIT.match(line.decode(errors="replace")) for line in np.ravel(lines[()]))
-    return {one[1]: one[2] for one in said if one is not None}
+    return units_in_head(line.decode(errors="replace") for line in np.ravel(lines[()]))
+
+
+def units_in_head(lines: Iterable[str]) -> dict[str, str]:
+    """Units by column that the YAML says which astropy keeps beside a table, or ECSV has in its comments.
+
+    A column has one line, as astropy writes it, or a line for each thing that is said of it, as other programs do.
+    """
+    units: dict[str, str] = {}
+    own: dict[str, str] = {}
+    inside = False
+    for line in lines:
+        text = line.removeprefix("#").removeprefix(" ").rstrip()
+        if re.match(r"\w+:", text):
+            inside = text == "datatype:"
+        elif inside:
+            own = {} if text.startswith("-") else own
+            for key, value in _SAID.findall(text.strip()):
+                own.setdefault(key, value.strip())
+            if len(own) == 2:
+                units[own["name"]] = own["unit"]
+    return units
 
 
 def members(h5py: Any, file_name: str, group: Any, wanted: tuple[str, ...]) -> dict[str, Member]:

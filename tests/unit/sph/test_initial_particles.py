@@ -279,6 +279,28 @@ def test_columns_with_units_become_si_and_go_with_no_scene_in_code_units(tables,
         read_body(tables / name, DIMENSIONLESS)
 
 
+@pytest.mark.parametrize(
+    "column",
+    [
+        "# - {{name: {name}, datatype: float64, unit: {unit}}}",
+        "# -\n#   name: {name}\n#   datatype: float64\n#   unit: {unit}\n#   description: of particles",
+        "# - name: '{name}'\n#   unit: '{unit}'\n#   datatype: float64",
+    ],
+)
+@pytest.mark.parametrize("between", [" ", ","])
+def test_units_of_ecsv_are_found_however_it_is_laid_out(tmp_path, column, between):
+    named = {"mass": "solMass", "x": "km", "y": "km", "z": "km"}
+    head = ["# %ECSV 1.0", "# ---", f'# delimiter: "{between}"', "# datatype:"]
+    head += [column.format(name=name, unit=unit) for name, unit in named.items()]
+    head += ["# meta:", "#   name: x", "#   unit: m", "# schema: astropy-2.0"]
+    rows = [between.join(map(repr, row)) for row in PLACES.tolist()]
+    (tmp_path / "p.ecsv").write_text("\n".join([*head, between.join(named), *rows]))
+    table = read_table(tmp_path / "p.ecsv")
+    assert table.units == "SI"
+    np.testing.assert_allclose(table.mass, PLACES[:, 0] * SOLAR_MASS, rtol=1e-9)
+    np.testing.assert_allclose(table.position, PLACES[:, 1:] * 1e3, rtol=1e-15)
+
+
 def test_vectors_of_astropy_are_columns_and_what_it_masks_is_refused(tmp_path):
     units = dict(zip(("mass", "position", "velocity"), ("solMass", "km", "km / s"), strict=True))
     rng = np.random.default_rng(6)
