@@ -118,7 +118,11 @@ def fill_value(dtype: np.dtype) -> Any:
 
 
 def _chosen(path: Path, variables: Any, names: tuple[str, ...], named: Callable[[str], str]) -> dict[str, Any]:
-    own = {named(name): variable for name, variable in variables.items()}
+    own: dict[str, Any] = {}
+    for name, variable in variables.items():
+        if named(name) in own and named(name) in names:
+            raise SceneError(f"particle table {path} has columns more than once, namely {named(name)}")
+        own[named(name)] = variable
     grids = [name for name, variable in own.items() if len(variable.shape) == 3 and min(variable.shape) > 3]
     if grids and ("mass" not in own or "mass" in grids):
         cells = " x ".join(map(str, own[grids[0]].shape))

@@ -79,6 +79,8 @@ def split_vectors(file: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.
             split[name] = column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column
         elif column.ndim != 2 or column.shape[1] != 3:
             raise SceneError(f"{file}: {name} is not three numbers a particle")
+        elif twice := [part for part in VECTORS[name] if part in columns]:
+            raise SceneError(f"{file} has columns more than once, namely {name} and {', '.join(twice)}")
         else:
             split |= dict(zip(VECTORS[name], column.T, strict=True))
     return split

@@ -50,6 +50,21 @@ def test_what_is_not_valid_is_no_number(tmp_path, layout, odd, attributes):
     assert read_table(table(tmp_path / "valid.nc", layout, **attributes)).position[3, 0] == COLUMNS["x"][3]
 
 
+@pytest.mark.parametrize("layout", ["NETCDF4", "NETCDF3_CLASSIC", "HDF5"])
+@pytest.mark.parametrize(("name", "said"), [("m", "mass"), ("position", "position and x, y, z")])
+def test_a_column_by_two_names_is_refused(tmp_path, layout, name, said):
+    path = tmp_path / ("p.h5" if layout == "HDF5" else "p.nc")
+    with netCDF4.Dataset(path, "w", format=layout.replace("HDF5", "NETCDF4")) as file:
+        for dim, size in {"particle": COUNT, "i": 3}.items():
+            file.createDimension(dim, size)
+        for own, values in COLUMNS.items():
+            file.createVariable(own, "f8", ("particle",))[:] = values
+        shape = ("particle", "i") if name == "position" else ("particle",)
+        file.createVariable(name, "f8", shape)[:] = 7.0
+    with pytest.raises(SceneError, match=f"has columns more than once, namely {said}"):
+        read_table(path)
+
+
 def test_the_format_that_is_not_read_is_named(tmp_path):
     with pytest.raises(SceneError, match="netCDF's format CDF-5, which is not read; `nccopy -k nc4` makes netCDF-4"):
         read_table(table(tmp_path / "p.nc", "NETCDF3_64BIT_DATA"))
