@@ -62,8 +62,9 @@ def closed_can(mass: Array, radius: Array, height: Array) -> Body:
     0.7500
     """
     xp, (mass, r, h) = checked(mass, radius=radius, height=height)
-    across = r**2 * (2 * h + r) / (4 * (h + r))
-    return body_of(xp, mass, across, across, h**2 * (h + 3 * r) / (12 * (h + r)))
+    lids = r / (h + r)  # share of the area; without cubes of the sizes, which may overflow or vanish
+    across = r**2 * (2 - lids) / 4
+    return body_of(xp, mass, across, across, h**2 * (1 + 2 * lids) / 12)
 
 
 @with_quantities()
@@ -92,7 +93,8 @@ def frustum_shell(mass: Array, base_radius: Array, top_radius: Array, height: Ar
         mass, ("top_radius",), base_radius=base_radius, top_radius=top_radius, height=height
     )
     across = (r**2 + t**2) / 4
-    return body_of(xp, mass, across, across, height**2 * (r**2 + 4 * r * t + t**2) / (18 * (r + t) ** 2))
+    top = t / (r + t)  # without fourth powers of the sizes, which may overflow or vanish
+    return body_of(xp, mass, across, across, height**2 * (1 + 2 * top * (1 - top)) / 18)
 
 
 @with_quantities()

@@ -44,15 +44,14 @@ def hollow_box(mass: Array, length: Array, width: Array, height: Array, wall: Ar
         refuse(2 * wall > side, "the walls of a hollow box must not be thicker than half of its smallest side")
     inner = [side - 2 * wall for side in outer]
 
-    def share(k: int) -> tuple[Array, Array]:
-        """(abc - a'b'c') and (a^3 bc - a'^3 b'c'), each over 2 wall, for the side a = outer[k]."""
+    def square(k: int) -> Array:
+        """(a^3 bc - a'^3 b'c') / (12 (abc - a'b'c')) for the side a = outer[k], with 2 wall divided out."""
         a, b, c = (outer[(k + step) % 3] for step in range(3))
         a_in, c_in = inner[k], inner[(k + 2) % 3]
-        cross = b + c_in  # (bc - b'c') / (2 wall)
-        return b * c + a_in * cross, (a**2 + a * a_in + a_in**2) * b * c + a_in**3 * cross
+        ends = b * c / (b * c + a_in * (b + c_in))  # share of the volume; b + c' is (bc - b'c') / (2 wall)
+        return (a_in**2 + a * (a + a_in) * ends) / 12
 
-    squares = [second / (12 * volume) for volume, second in map(share, range(3))]
-    return body_of(xp, mass, *squares)
+    return body_of(xp, mass, *map(square, range(3)))
 
 
 @with_quantities()
@@ -277,8 +276,9 @@ def spherical_cap(mass: Array, radius: Array, height: Array) -> Body:
     """
     xp, (mass, r, h) = checked(mass, radius=radius, height=height)
     refuse(h > 2 * r, "the height of a spherical cap must not exceed the diameter of its sphere")
-    across = h * (20 * r**2 - 15 * r * h + 3 * h**2) / (20 * (3 * r - h))
-    along = (h / (3 * r - h)) ** 2 * (40 * r**2 - 24 * r * h + 3 * h**2) / 80
+    steep = h / (3 * r - h)  # apart from the squares: cubes of the sizes may overflow or vanish
+    across = steep * (20 * r**2 - 15 * r * h + 3 * h**2) / 20
+    along = steep**2 * (40 * r**2 - 24 * r * h + 3 * h**2) / 80
     return body_of(xp, mass, across, across, along)
 
 

@@ -356,14 +356,15 @@ def test_polygons_far_away_and_either_way_round_keep_their_digits():
     np.testing.assert_allclose(far.centre[:2] - 2.0**20, near.centre[:2], rtol=1e-9)
 
 
-@pytest.mark.parametrize("size", [1e11, 1e-11])
-def test_sizes_in_single_precision_neither_overflow_nor_vanish(size):
-    one, length = np.float32(1.0), np.float32(size)
-    for solid, ratio in ((shapes.solid_sphere(one, length), 0.4), (shapes.cone(one, length, length), 0.3)):
-        assert solid.inertia.dtype == np.float32
-        assert solid.inertia[2, 2] / length / length == pytest.approx(ratio, rel=1e-6)
-    cap = shapes.spherical_cap(one, length, length)
-    assert cap.inertia[0, 0] / length / length == pytest.approx(83 / 320, rel=1e-6)  # of a hemisphere
+@pytest.mark.parametrize("size", [1e18, 1e-18])  # whose squares are numbers of single precision
+@pytest.mark.parametrize("name", SIZES)
+def test_sizes_in_single_precision_neither_overflow_nor_vanish(name, size):
+    mass, *sizes = (np.float32(each) for each in (MASSES.get(name, 1.0), *SIZES[name]))
+    scaled = [np.float32(size) * each for each in sizes]
+    found = getattr(shapes, name)(2 * mass, *scaled, *COUNTS.get(name, ())).inertia
+    assert found.dtype == np.float32
+    expected = body(name).inertia
+    np.testing.assert_allclose(found.astype(float) / size / size, expected, atol=1e-6 * abs(expected).max())
 
 
 def test_a_cone_may_stand_on_its_tip():
