@@ -74,9 +74,13 @@ def free_librations(moments: Array, mean_motion: float) -> FreeLibrations:
     require_plausible(np.diag(sizes))
     roll, pitch, yaw = sizes
     first, third = (pitch - yaw) / roll, (pitch - roll) / yaw
-    half = 0.5 * (1 + 3 * first + first * third)
-    apart = np.emath.sqrt(half**2 - 4 * first * third)
+    half, product = 0.5 * (1 + 3 * first + first * third), 4 * first * third
+    apart = np.emath.sqrt(half**2 - product)
+    # One root by the sum that does not cancel, as it does in the other of nearly round bodies, and that by the product.
+    large = half + apart if half > 0 else half - apart
+    small = product / large if large else large
+    slow, fast = (small, large) if half > 0 else (large, small)
     # Frequencies come with both signs: those below the axis grow, exp(i s t).
-    roots = [np.emath.sqrt(square) for square in (3 * (roll - yaw) / pitch, half - apart, half + apart)]
+    roots = [np.emath.sqrt(square) for square in (3 * (roll - yaw) / pitch, slow, fast)]
     pitching, *others = (mean_motion * (root.conjugate() if np.imag(root) > 0 else root) for root in roots)
     return FreeLibrations(complex(pitching), np.array(others, dtype=complex))

@@ -57,3 +57,14 @@ def test_free_swings_are_those_of_the_linearised_motion(moments):
     for frequency in (found.pitch, *found.roll_yaw):
         assert min(abs(expected - 1j * frequency)) < 1e-6
         assert frequency.imag <= 0
+
+
+@pytest.mark.parametrize(("roll", "yaw"), [(1e-3, 3e-3), (1e-7, 2e-7), (1e-12, 3e-12)])
+def test_nearly_round_bodies_swing_slowly_in_roll_and_yaw(roll, yaw):
+    """To first order in the differences the slow one of the two is 2 (k_1 k_3)^(1/2) n, and the other n."""
+    pitch, rolling, yawing = 1.0, 1.0 - roll, 1.0 - yaw
+    slow, fast = libration.free_librations([rolling, pitch, yawing], 1.0).roll_yaw
+    expected = 2 * np.sqrt((pitch - yawing) * (pitch - rolling))
+    assert slow.real == pytest.approx(expected, rel=3 * yaw + 1e-12, abs=0.0)
+    assert fast.real == pytest.approx(1.0, rel=3 * yaw)
+    assert libration.free_librations([3.0, 3.0, 4.0], 1.0).roll_yaw.tolist() == [0.0, 0.0]
