@@ -168,7 +168,7 @@ def wobble_and_nutation(
     return wobbling, nutation
 
 
-@with_quantities()
+@with_quantities(frequency="rad/s")
 def nutation_ratio(
     frequency: Array, dynamical_ellipticity: float, spin_rate: float, love_number: complex, secular: float,
     core_share: float, core_ellipticity: float = CORE_ELLIPTICITY, core_compliance: float = CORE_COMPLIANCE,

@@ -95,6 +95,9 @@ def test_the_nutation_of_the_moons_node_in_a_yielding_earth_with_a_fluid_core():
     assert (backward - forward) / np.sin(tilt) == pytest.approx(known["longitude"], abs=0.1 * (17.2806 - 17.2064))
     assert backward + forward == pytest.approx(known["obliquity"], abs=0.1 * (9.2278 - 9.2052))
     assert ratios[2] == 1
+    assert wobble.nutation_ratio("-1 cycle/day", *planet) == wobble.nutation_ratio(-2 * np.pi / DAY, *planet)
+    with pytest.raises(ValueError, match="frequency: must be in rad/s"):
+        wobble.nutation_ratio("-1 Hz", *planet)
     free = wobble.wobble_and_nutation(*planet)[1].real + spin
     assert abs(wobble.nutation_ratio(free * (1 + 1e-6), *planet)) > 1e3  # resonance
 
