@@ -237,7 +237,7 @@ def second_braking_index(frequency: Array, first_derivative: Array, third_deriva
     return np.asarray(frequency, dtype=float) ** 2 * third_derivative / np.asarray(first_derivative) ** 3
 
 
-@with_quantities()
+@with_quantities(first_derivative="s-2", later_first_derivative="s-2")
 def braking_index_between(
     time: Array, frequency: Array, first_derivative: Array, later_frequency: Array, later_first_derivative: Array
 ) -> Array:

@@ -88,6 +88,9 @@ def test_measured_indices():
     nu2, nu3 = n * nu1**2 / nu, n * (2 * n - 1) * nu1**3 / nu**2
     assert pulsars.frequency_braking_index(nu, nu1, nu2) == pytest.approx(n, rel=1e-14)
     assert pulsars.second_braking_index(nu, nu1, nu3) == pytest.approx(n * (2 * n - 1), rel=1e-14)
+    later = pulsars.period_history(YEAR, P, DOT, n), pulsars.period_derivative_history(YEAR, P, DOT, n)
+    spins = f"{nu:.17g} Hz", f"{nu1:.17g} Hz/s", f"{1 / later[0]:.17g} Hz", f"{-later[1] / later[0] ** 2:.17g} Hz/s"
+    assert pulsars.braking_index_between("1 yr", *spins) == pytest.approx(n, rel=1e-9)
 
 
 def test_before_infinite_spin_and_after_rest_there_is_nothing():
