@@ -2,7 +2,7 @@
 
 Each ratio is a moment over M R^2, and means nothing without its R. With principal moments A <= B <= C and the gravity
 coefficients J2 = (C - (A + B)/2)/(M R^2) and C22 = (B - A)/(4 M R^2) for the same R, all of this is algebra without
-approximation, for a body of any shape. Scalars or arrays that broadcast.
+approximation, for a body of any shape. Scalars or arrays, NumPy or JAX, that broadcast.
 
 Tests: tests/unit/bodies/test_planets.py.
 """
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia.tensor import is_known, require_plausible
+from astroinertia.inertia.tensor import is_known, namespace, require_plausible
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -27,7 +27,7 @@ def convert_moment_ratio(value: Array, from_radius: Array, to_radius: Array) -> 
     >>> print(f"{convert_moment_ratio(0.36419, 3396.0, 3389.5):.5f}")  # of Mars, from its equatorial radius
     0.36559
     """
-    if not (np.all(np.asarray(from_radius) > 0) and np.all(np.asarray(to_radius) > 0)):
+    if not all(np.all(np.asarray(radius) > 0) for radius in (from_radius, to_radius) if is_known(radius)):
         raise ValueError("from_radius and to_radius must be positive")
     return value * (from_radius / to_radius) ** 2
 
@@ -85,4 +85,5 @@ def volumetric_radius(first: Array, second: Array, third: Array) -> Array:
     >>> print(f"{volumetric_radius(1.0, 2.0, 4.0):.6f}")
     2.000000
     """
-    return np.cbrt(first * second * third)
+    xp = namespace(first, second, third)
+    return xp.cbrt(1.0 * xp.asarray(first) * second * third)  # 1.0: products of whole numbers overflow

@@ -5,6 +5,7 @@ import json
 import math
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
@@ -130,6 +131,22 @@ def test_mean_and_polar_moment_of_a_triaxial_body():
         moment_ratios.principal_moment_ratios([0.33, 0.33], 0.2)
     with pytest.raises(ValueError, match="are not negative"):
         moment_ratios.principal_moment_ratios(-0.33, 1e-3)
+
+
+def test_conversions_are_traced_by_jax_and_whole_numbers_do_not_overflow():
+    def ratio(polar, j2, a, c):
+        return moment_ratios.convert_moment_ratio(
+            moment_ratios.mean_from_polar(polar, j2), a, moment_ratios.volumetric_radius(a, a, c)
+        )
+
+    whole = 6378137, 6356752
+    with jax.enable_x64(True):
+        earth = 0.3307, 1.0826e-3, *map(float, whole)
+        assert jax.jit(ratio)(*earth) == pytest.approx(ratio(*earth), rel=1e-14)
+        # It goes as a^(2/3) and c^(-2/3).
+        assert jax.grad(ratio, 2)(*earth) == pytest.approx(2 / 3 * ratio(*earth) / whole[0], rel=1e-12)
+    # WGS84, 6371000.790 m, with its polar radius cut by 0.314 m.
+    assert moment_ratios.volumetric_radius(whole[0], *whole) == pytest.approx(6371000.685, abs=1e-3)
 
 
 def test_names_are_found_in_any_case_and_unknown_ones_are_reported():
