@@ -131,8 +131,8 @@ def gravitational_wave_strain(
         return xp.einsum("...i,...ij,...j->...", one, second_moment_acceleration, other)
 
     gravity = GRAVITATIONAL_CONSTANT if gravitational_constant is None else gravitational_constant
-    scale = gravity / SPEED_OF_LIGHT**4 / distance
-    return scale * (along(theta, theta) - along(phi, phi)), 2.0 * scale * along(theta, phi)
+    length, scale = 1 / SPEED_OF_LIGHT**4, gravity / distance  # whose product is no number of single precision
+    return scale * (length * (along(theta, theta) - along(phi, phi))), 2.0 * scale * (length * along(theta, phi))
 
 
 def _at_rest(origin: Array | None) -> Array | None:

@@ -112,6 +112,14 @@ def test_strain_falls_with_distance_and_takes_many_directions_at_once():
     np.testing.assert_allclose((2 * plus[3, 2], 2 * cross[3, 2]), one, rtol=1e-14)
 
 
+def test_strain_in_single_precision_does_not_vanish():
+    acceleration = 1e37 * np.diag([1.0, -1.0, 0.0])
+    expected = evolution.gravitational_wave_strain(acceleration, 0.7, 0.2, 3e20)
+    single = evolution.gravitational_wave_strain(acceleration.astype(np.float32), *np.float32([0.7, 0.2, 3e20]))
+    assert single[0].dtype == np.float32
+    np.testing.assert_allclose(single, expected, rtol=1e-5)
+
+
 def test_strain_is_the_transverse_traceless_part():
     generator = np.random.default_rng(6)
     acceleration = generator.normal(size=(3, 3))
