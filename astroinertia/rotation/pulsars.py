@@ -207,7 +207,7 @@ def period_derivative_history(
     return period_derivative * (later / period) ** (2 - np.asarray(braking_index))
 
 
-@with_quantities()
+@with_quantities(period_second_derivative="s-1")
 def braking_index(period: Array, period_derivative: Array, period_second_derivative: Array) -> Array:
     """n = Omega Omega''/Omega'^2 = 2 - P P''/P'^2, as it is measured.
 

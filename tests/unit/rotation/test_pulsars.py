@@ -84,6 +84,7 @@ def test_measured_indices():
     n = 2.84
     second = (2 - n) * DOT**2 / P
     assert pulsars.braking_index(P, DOT, second) == pytest.approx(n, rel=1e-14)
+    assert pulsars.braking_index(f"{1e3 * P} ms", DOT, f"{second * YEAR} yr-1") == pytest.approx(n, rel=1e-13)
     nu, nu1 = 1 / P, -DOT / P**2
     nu2, nu3 = n * nu1**2 / nu, n * (2 * n - 1) * nu1**3 / nu**2
     assert pulsars.frequency_braking_index(nu, nu1, nu2) == pytest.approx(n, rel=1e-14)
