@@ -275,7 +275,7 @@ def angle_between(one: Array, other: Array) -> Array:
     return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0)
 
 
-@with_quantities()
+@with_quantities(body_angular_velocity="rad/s")
 def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     """dA/dt = -[omega] A, (..., 3, 3), of an attitude and the angular velocity (..., 3) in body axes, in rad per time.
 
@@ -287,7 +287,7 @@ def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     return -cross_matrix(body_angular_velocity) @ attitude
 
 
-@with_quantities()
+@with_quantities(attitude_rate="s-1")
 def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     """The angular velocity (..., 3) in body axes of an attitude and its rate (..., 3, 3); undoes `attitude_rate`.
 

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from astropy import units as u
 from scipy.spatial.transform import Rotation
 
 from astroinertia.rotation import attitude
@@ -207,6 +208,12 @@ def test_the_rate_of_an_attitude_is_its_derivative_in_jax():
             np.testing.assert_allclose(expected_spin, spin, rtol=0, atol=1e-15)
             np.testing.assert_allclose(by_quaternion, value, rtol=0, atol=1e-15)
             np.testing.assert_allclose(by_angles, value, rtol=0, atol=1e-15)
+
+
+def test_rates_may_have_units():
+    rate = attitude.attitude_rate(np.eye(3), [10.0, 20.0, 30.0] * u.deg / u.min)
+    expected = np.radians([10.0, 20.0, 30.0]) / 60
+    np.testing.assert_allclose(attitude.body_angular_velocity(np.eye(3), rate * 3600 / u.h), expected, rtol=1e-15)
 
 
 @pytest.mark.parametrize("sequence", ["zxz", "zyz", "xyz", "zyx"])
