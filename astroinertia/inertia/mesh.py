@@ -54,10 +54,8 @@ def mesh_body(vertices: Array, faces: Array, mass: Array | None = None, density:
     if not named.all():  # what no face names is no part of the body
         points, faces = points[..., named, :], (np.cumsum(named) - 1)[faces]
     with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
-        reference, volume, first, second = _volume_integrals(xp, points, faces)
-        _check_volume(xp, points, volume)
-        shift = first / volume[..., None]
-        own = second / volume[..., None, None] - shift[..., :, None] * shift[..., None, :]
+        reference, volume, shift, second = _volume_means(xp, points, faces)
+        own = second - shift[..., :, None] * shift[..., None, :]
         shape = xp.broadcast_shapes(amount.shape, volume.shape)
         total = xp.broadcast_to(amount * volume if mass is None else amount, shape)
         centre = xp.broadcast_to(reference + shift, (*shape, 3))
@@ -214,17 +212,21 @@ def _distinct(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return ordered[first], numbers
 
 
-def _volume_integrals(xp: Any, points: Array, faces: np.ndarray) -> tuple[Array, Array, Array, Array]:
-    """The reference point, and the integrals of 1, x and x x over the volume, x relative to it."""
+def _volume_means(xp: Any, points: Array, faces: np.ndarray) -> tuple[Array, Array, Array, Array]:
+    """The reference point, the volume, and the means of x and x x over it, x relative to that point."""
     reference = points.mean(-2)
     local = points - reference[..., None, :]
     a, b, c = (xp.take(local, faces[:, k], axis=-2) for k in range(3))
     six_volumes = (a * xp.cross(b, c)).sum(-1)
+    volume = six_volumes.sum(-1) / 6
+    _check_volume(xp, points, volume)
+    # By shares of the volume: fifth powers of lengths may overflow or vanish in single precision.
+    shares = six_volumes / (6 * volume[..., None])
     total = a + b + c
-    # A tetrahedron of volume v with one corner at 0: integral of x = v s/4, of x x = v (aa + bb + cc + ss)/20.
-    second = sum(xp.swapaxes(corner * six_volumes[..., None], -1, -2) @ corner for corner in (a, b, c, total))
-    first = (six_volumes[..., None, :] @ total)[..., 0, :]
-    return reference, six_volumes.sum(-1) / 6, first / 24, 0.5 * (second + xp.swapaxes(second, -1, -2)) / 120
+    # A tetrahedron with one corner at 0 has the means x = s/4 and x x = (aa + bb + cc + ss)/20.
+    second = sum(xp.swapaxes(corner * shares[..., None], -1, -2) @ corner for corner in (a, b, c, total))
+    first = (shares[..., None, :] @ total)[..., 0, :]
+    return reference, volume, first / 4, 0.5 * (second + xp.swapaxes(second, -1, -2)) / 20
 
 
 def _check_volume(xp: Any, points: Array, volume: Array) -> None:

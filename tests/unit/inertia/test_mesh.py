@@ -157,6 +157,9 @@ def test_batches_precision_and_jax():
     agree(jax.tree.map(lambda leaf: leaf[1, 1], batch), mesh.mesh_body(2 * vertices, faces, density=3.0), 1e-14)
     single = mesh.mesh_body(vertices.astype(np.float32), faces, mass=1.0)
     assert {leaf.dtype for leaf in jax.tree.leaves(single)} == {np.dtype(np.float32)}
+    for size in (1e-11, 1e11):  # whose fifth powers are no numbers of single precision
+        scaled = mesh.mesh_body((size * vertices).astype(np.float32), faces, mass=1.0).inertia.astype(float)
+        np.testing.assert_allclose(scaled / size**2, single.inertia, atol=1e-5 * single.inertia.max())
     with jax.enable_x64(True):
         traced = jax.jit(lambda x: mesh.mesh_body(x, faces, density=2.0))(jnp.asarray(vertices))
     agree(jax.tree.map(np.asarray, traced), mesh.mesh_body(vertices, faces, density=2.0), 1e-14)
