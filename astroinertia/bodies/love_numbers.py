@@ -172,10 +172,15 @@ def love_numbers(planet: YieldingBody, degree: int = 2, frequency: Array = math.
 
 
 class _Layer(NamedTuple):
-    """From inner to outer radius: number of functions, nodes, and the moduli and density at radii, over their units."""
+    """From inner to outer radius: number of functions, nodes, and the moduli and density at radii, over their units.
+
+    stiffness: its rigidity where that is above 1. Displacements are taken times it, for all functions to be of one
+    size: else those of rocks, which their own gravity hardly deforms, are lost in round-off.
+    """
 
     inner: float
     outer: float
+    stiffness: float
     solid: bool
     nodes: int
     density: Callable[[Array], Array]
@@ -186,6 +191,11 @@ class _Layer(NamedTuple):
     @property
     def functions(self) -> int:
         return 6 if self.solid else 2
+
+    @property
+    def scale(self) -> Array:
+        """What each of the functions is taken times."""
+        return np.array([self.stiffness, 1, self.stiffness, 1, 1, 1]) if self.solid else np.ones(2)
 
 
 def _polynomial(coefficients: Array, x: Array) -> Array:
@@ -218,9 +228,10 @@ def _layers(planet: YieldingBody, degree: int, frequency: float) -> list[_Layer]
             nodes = 3 - math.log(_TOLERANCE) / math.log(away) + 0.5 * degree * math.log(b / a)
         else:
             nodes = _CENTRAL_NODES
+        rigid = np.abs(_polynomial(planet.rigidity[k], np.array([a, b])) / (stress * soft)).max()
         layers.append(
             _Layer(
-                a, b, bool(np.any(planet.rigidity[k])), min(_MOST_NODES, math.ceil(nodes)),
+                a, b, max(1.0, float(rigid)), bool(np.any(planet.rigidity[k])), min(_MOST_NODES, math.ceil(nodes)),
                 lambda x, k=k: _polynomial(rows[k], x) / mean,
                 lambda x, k=k, core=core: 3 * (core + _polynomial(inside[k], x)) / (mean * x**2),
                 lambda x, k=k, soft=soft: _polynomial(planet.rigidity[k], x) / (stress * soft),
@@ -233,7 +244,8 @@ def _layers(planet: YieldingBody, degree: int, frequency: float) -> list[_Layer]
 def _rates(layer: _Layer, degree: int, x: Array) -> Array:
     """B (nodes, functions, functions) of x dz/dx = B z at radii x above 0.
 
-    z of a solid: y1, x y2, y3, x y4, y5/x, y6 of Takeuchi & Saito 1972; of a fluid: y5/x, y7 of Saito 1974.
+    z of a solid: y1, x y2, y3, x y4, y5/x, y6 of Takeuchi & Saito 1972, times `scale`; of a fluid: y5/x, y7 of Saito
+    1974.
     """
     n, rho, g = degree, layer.density(x), layer.gravity(x)
     if not layer.solid:
@@ -263,15 +275,7 @@ def _rates(layer: _Layer, degree: int, x: Array) -> Array:
     matrix[:, 3, :5] = np.stack([weight - 2 * across + 2 * mu, -a, both * across - 2 * mu, -2 + 0 * x, -potential], -1)
     matrix[:, 4, 0], matrix[:, 4, 4], matrix[:, 4, 5] = 3 * rho, -n - 2, 1
     matrix[:, 5, 0], matrix[:, 5, 2], matrix[:, 5, 5] = 3 * rho * (n + 1), -3 * rho * both, n - 1
-    return matrix
-
-
-def _sizes(layer: _Layer, start: Array) -> Array:
-    """Of the functions of `_rates` beside each other: stresses are as large as the rigidity, however large that is."""
-    size = np.ones(layer.functions)
-    if layer.solid:
-        size[[1, 3]] = abs(layer.rigidity(start)[0])
-    return size
+    return matrix * (layer.scale[:, None] / layer.scale)
 
 
 class _System:
@@ -314,10 +318,8 @@ def _solved(planet: YieldingBody, n: int, frequency: float, load: bool) -> tuple
         inner = np.kron(unit, (-1.0) ** np.arange(layer.nodes + 1))
         if below is None:
             start = np.full(1, 1e-8 * layer.outer)  # of the rates, which differ from the centre's by x^2 or x
-            size = _sizes(layer, start)
-            rates = size[:, None] * _rates(layer, n, start)[0].T / size
-            _, irregular, count = schur(rates, sort="lhp")  # type: ignore[misc]  # exponents below 0
-            system.add([(column, (irregular[:, :count] / size[:, None]).T @ inner)])
+            _, irregular, count = schur(_rates(layer, n, start)[0].T, sort="lhp")  # type: ignore[misc]  # exponents below 0
+            system.add([(column, irregular[:, :count].T @ inner)])
         else:
             system.add(*_joined(below, (layer, column, inner)))
         below = (layer, column, np.kron(unit, np.ones(layer.nodes + 1)))
@@ -329,7 +331,7 @@ def _solved(planet: YieldingBody, n: int, frequency: float, load: bool) -> tuple
         system.add([(first, outer[[1, 3, 5]])], [pressed, 0.0, 2 * n + 1])
     else:
         system.add([(first, outer[[1]])], [2 * n + 1 + 3 * pressed])
-    z = outer @ system.solution()[first:]
+    z = outer @ system.solution()[first:] / top.scale
     if top.solid:
         return z[4] - 1, z[0], z[2]
     return z[0] - 1, z[0] + pressed / top.density(1.0), math.nan
@@ -339,7 +341,7 @@ def _joined(below: tuple[_Layer, int, Array], above: tuple[_Layer, int, Array]) 
     """What is continuous from a layer to the next, as rows of the values there of all functions of each."""
     (lower, first, outer), (upper, second, inner) = below, above
     if lower.solid == upper.solid:
-        return ([(first, outer), (second, -inner)],)
+        return ([(first, outer * (upper.scale / lower.scale)[:, None]), (second, -inner)],)
     fluid, solid = (lower, upper) if upper.solid else (upper, lower)
     of_solid, of_fluid = (inner, outer) if upper.solid else (outer, inner)
     at_solid, at_fluid = (second, first) if upper.solid else (first, second)
@@ -353,4 +355,4 @@ def _joined(below: tuple[_Layer, int, Array], above: tuple[_Layer, int, Array]) 
     rows[3, [1, 5]] = 3 / (g * x), 1
     fluid_rows = np.zeros((4, 2))
     fluid_rows[2, 0] = fluid_rows[3, 1] = -1
-    return ([(at_solid, rows @ of_solid), (at_fluid, fluid_rows @ of_fluid)],)
+    return ([(at_solid, rows / solid.scale @ of_solid), (at_fluid, fluid_rows @ of_fluid)],)

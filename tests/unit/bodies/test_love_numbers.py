@@ -83,6 +83,23 @@ def test_a_body_whose_gravity_is_no_number_is_refused():
         love_numbers(yielding_body(constant_layers([1e-300], [3000.0], G), [6e10]))
 
 
+@pytest.mark.parametrize("radius", [1e3, 80.0, 0.5])
+def test_rocks_that_their_gravity_hardly_deforms(radius):
+    """Of two layers: alike as one in closed form, and unlike as far as a larger rock per square of the radius."""
+    radii, degree, rigidity = [0.5 * radius, radius], 2, 4e9
+    alike = love_numbers(yielding_body(constant_layers(radii, [2400.0, 2400.0], G), [rigidity] * 2), degree)
+    stress = 4 / 3 * math.pi * G * (2400.0 * radius) ** 2
+    stiffness = 1 + 19 / 2 * rigidity / stress
+    assert alike.h == pytest.approx(2.5 / stiffness, rel=1e-12, abs=0.0)
+    assert alike.l == pytest.approx(0.75 / stiffness, rel=1e-12, abs=0.0)
+    assert alike.k == pytest.approx(1.5 / stiffness, rel=1e-12, abs=1e-15)
+    unlike = [
+        love_numbers(yielding_body(constant_layers([0.5 * size, size], [2600.0, 2400.0], G), [1e10, 4e9]), degree).h
+        for size in (radius, 1e3)
+    ]
+    assert unlike[0] / unlike[1] == pytest.approx((radius / 1e3) ** 2, rel=1e-6, abs=0.0)
+
+
 def test_a_homogeneous_maxwell_sphere_over_fourteen_decades():
     rates = np.logspace(-8, 6, 15)
     found = love_numbers(yielding_body(SPHERE, [6e10], rheology=[partial(maxwell, relaxation_time=1.0)]), 2, rates).k
