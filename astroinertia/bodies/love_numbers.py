@@ -5,7 +5,8 @@ The planet is spherical and hydrostatic, of solid and fluid layers that may be c
 the correspondence principle, for a forcing that goes as exp(i omega t): Im k < 0 dissipates. In each solid layer the
 six functions y1 to y6 of Takeuchi & Saito, in each fluid one the two of Saito, are polynomials that satisfy the
 equations at Gauss's points, and one sparse system joins all layers: nothing is integrated from the centre outwards,
-and so nothing grows. Units inside: the radius R, the mean density and the surface gravity.
+and so nothing grows. The tide itself is left out of y5 and y6, so that what the body adds to it keeps its digits
+however small. Units inside: the radius R, the mean density and the surface gravity.
 
 Sources: Takeuchi & Saito 1972, Methods Comput. Phys. 11, 217, eq. 82; Saito 1974, J. Phys. Earth 22, 123, of static
 fluids; Kamata et al. 2015, JGR Planets 120, 1528, without infinities where a layer is incompressible.
@@ -174,8 +175,8 @@ def love_numbers(planet: YieldingBody, degree: int = 2, frequency: Array = math.
 class _Layer(NamedTuple):
     """From inner to outer radius: number of functions, nodes, and the moduli and density at radii, over their units.
 
-    stiffness: its rigidity where that is above 1. Displacements are taken times it, for all functions to be of one
-    size: else those of rocks, which their own gravity hardly deforms, are lost in round-off.
+    stiffness: its rigidity where that is above 1. Displacements and their potential are taken times it, for all
+    functions to be of one size: else those of rocks, which hardly yield to their own gravity, are lost in round-off.
     """
 
     inner: float
@@ -195,7 +196,12 @@ class _Layer(NamedTuple):
     @property
     def scale(self) -> Array:
         """What each of the functions is taken times."""
-        return np.array([self.stiffness, 1, self.stiffness, 1, 1, 1]) if self.solid else np.ones(2)
+        s = self.stiffness
+        return np.array([s, 1, s, 1, s, s]) if self.solid else np.ones(2)
+
+    def tide(self, degree: int) -> Array:
+        """The functions of the tide itself in a body that does not yield, over x^(degree - 1): z of `_rates`."""
+        return np.array([0.0, 0, 0, 0, 1, 2 * degree + 1]) if self.solid else np.array([1.0, 2 * degree + 1])
 
 
 def _polynomial(coefficients: Array, x: Array) -> Array:
@@ -244,8 +250,7 @@ def _layers(planet: YieldingBody, degree: int, frequency: float) -> list[_Layer]
 def _rates(layer: _Layer, degree: int, x: Array) -> Array:
     """B (nodes, functions, functions) of x dz/dx = B z at radii x above 0.
 
-    z of a solid: y1, x y2, y3, x y4, y5/x, y6 of Takeuchi & Saito 1972, times `scale`; of a fluid: y5/x, y7 of Saito
-    1974.
+    z of a solid: y1, x y2, y3, x y4, y5/x, y6 of Takeuchi & Saito 1972; of a fluid: y5/x, y7 of Saito 1974.
     """
     n, rho, g = degree, layer.density(x), layer.gravity(x)
     if not layer.solid:
@@ -275,7 +280,7 @@ def _rates(layer: _Layer, degree: int, x: Array) -> Array:
     matrix[:, 3, :5] = np.stack([weight - 2 * across + 2 * mu, -a, both * across - 2 * mu, -2 + 0 * x, -potential], -1)
     matrix[:, 4, 0], matrix[:, 4, 4], matrix[:, 4, 5] = 3 * rho, -n - 2, 1
     matrix[:, 5, 0], matrix[:, 5, 2], matrix[:, 5, 5] = 3 * rho * (n + 1), -3 * rho * both, n - 1
-    return matrix * (layer.scale[:, None] / layer.scale)
+    return matrix
 
 
 class _System:
@@ -310,38 +315,44 @@ def _solved(planet: YieldingBody, n: int, frequency: float, load: bool) -> tuple
         slopes = np.polynomial.legendre.legvander(nodes, layer.nodes - 1) @ to_slope
         half = 0.5 * (layer.outer - layer.inner)
         x = layer.inner + half * (nodes + 1)
-        power = 0 if layer.inner > 0 else n - 1  # of x, that the functions of the innermost layer are taken over
+        power = 0 if layer.inner > 0 else n - 1  # of x/outer, that the functions of the innermost layer are taken over
         unit = np.eye(layer.functions)
-        matrix = _rates(layer, n, x) - power * unit
+        rates, tide = _rates(layer, n, x), layer.tide(n)
+        size = (x if layer.inner > 0 else np.full_like(x, layer.outer)) ** (n - 1)  # of the tide, over that power
+        driven = layer.scale * size[:, None] * ((rates - (n - 1) * unit) @ tide)
+        matrix = rates * (layer.scale[:, None] / layer.scale) - power * unit
         equations = np.einsum("i,im,vw->ivwm", x / half, slopes, unit) - np.einsum("ivw,im->ivwm", matrix, values)
-        system.add([(column, equations.reshape(layer.nodes * layer.functions, -1))])
+        system.add([(column, equations.reshape(layer.nodes * layer.functions, -1))], list(driven.ravel()))
         inner = np.kron(unit, (-1.0) ** np.arange(layer.nodes + 1))
         if below is None:
             start = np.full(1, 1e-8 * layer.outer)  # of the rates, which differ from the centre's by x^2 or x
-            _, irregular, count = schur(_rates(layer, n, start)[0].T, sort="lhp")  # type: ignore[misc]  # exponents below 0
+            rates = _rates(layer, n, start)[0] * (layer.scale[:, None] / layer.scale)
+            _, irregular, count = schur(rates.T, sort="lhp")  # type: ignore[misc]  # exponents below 0
             system.add([(column, irregular[:, :count].T @ inner)])
         else:
-            system.add(*_joined(below, (layer, column, inner)))
+            system.add(*_joined(below, (layer, column, inner), n))
         below = (layer, column, np.kron(unit, np.ones(layer.nodes + 1)))
         column += layer.functions * (layer.nodes + 1)
     assert below is not None
     pressed = -(2 * n + 1) / 3 if load else 0.0  # y2 of the load's weight
     _, first, outer = below
     if top.solid:
-        system.add([(first, outer[[1, 3, 5]])], [pressed, 0.0, 2 * n + 1])
+        system.add([(first, outer[[1, 3, 5]])], [pressed, 0.0, 0.0])
     else:
-        system.add([(first, outer[[1]])], [2 * n + 1 + 3 * pressed])
+        system.add([(first, outer[[1]])], [3 * pressed])
     z = outer @ system.solution()[first:] / top.scale
     if top.solid:
-        return z[4] - 1, z[0], z[2]
-    return z[0] - 1, z[0] + pressed / top.density(1.0), math.nan
+        return z[4], z[0], z[2]
+    return z[0], z[0] + 1 + pressed / top.density(1.0), math.nan
 
 
-def _joined(below: tuple[_Layer, int, Array], above: tuple[_Layer, int, Array]) -> tuple[list[tuple[int, Array]]]:
+def _joined(
+    below: tuple[_Layer, int, Array], above: tuple[_Layer, int, Array], n: int
+) -> tuple[list[tuple[int, Array]], list[float] | None]:
     """What is continuous from a layer to the next, as rows of the values there of all functions of each."""
     (lower, first, outer), (upper, second, inner) = below, above
     if lower.solid == upper.solid:
-        return ([(first, outer * (upper.scale / lower.scale)[:, None]), (second, -inner)],)
+        return [(first, outer * (upper.scale / lower.scale)[:, None]), (second, -inner)], None
     fluid, solid = (lower, upper) if upper.solid else (upper, lower)
     of_solid, of_fluid = (inner, outer) if upper.solid else (outer, inner)
     at_solid, at_fluid = (second, first) if upper.solid else (first, second)
@@ -355,4 +366,5 @@ def _joined(below: tuple[_Layer, int, Array], above: tuple[_Layer, int, Array]) 
     rows[3, [1, 5]] = 3 / (g * x), 1
     fluid_rows = np.zeros((4, 2))
     fluid_rows[2, 0] = fluid_rows[3, 1] = -1
-    return ([(at_solid, rows / solid.scale @ of_solid), (at_fluid, fluid_rows @ of_fluid)],)
+    pushed = [0.0, -rho * x**n, 0.0, 0.0]  # by the tide itself
+    return [(at_solid, rows / solid.scale @ of_solid), (at_fluid, fluid_rows @ of_fluid)], pushed
