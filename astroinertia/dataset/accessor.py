@@ -6,17 +6,17 @@ Importing this module registers the accessor for xarray's Dataset and DataTree.
 import difflib
 import html
 import inspect
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import open_snapshots
+from astroinertia.dataset import arranged, open_snapshots
 from astroinertia.dataset.absent import reasons, whole
-from astroinertia.dataset.arranged import along, from_x_to_z, in_seconds, require_own_units
-from astroinertia.dataset.by_member import of_each_member, reached, swept
+from astroinertia.dataset.arranged import in_seconds, with_labels
+from astroinertia.dataset.axes import Axis, axis_text, directions
+from astroinertia.dataset.by_member import must_have_times, of_each_member, reached, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
 from astroinertia.dataset.picture_methods import picture
@@ -33,8 +33,6 @@ _TURNED = 0.1  # radians that an axis may turn and be said to stay
 _NO_MODE = 1e-14  # of the whole mass: an amplitude that sums over a body round to where it has no such mode
 _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thickness: round-off
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
-
-Axis = str | Sequence[float] | np.ndarray | xr.DataArray
 
 
 @xr.register_dataset_accessor("inertia")
@@ -60,8 +58,8 @@ class InertiaAccessor:
             members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
             more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
             raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
-        dataset = from_x_to_z(whole(along(in_seconds(dataset))))
-        require_own_units(dataset)
+        dataset = arranged.from_x_to_z(whole(arranged.along(in_seconds(dataset))))
+        arranged.require_own_units(dataset)
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     def __repr__(self) -> str:
@@ -108,7 +106,8 @@ class InertiaAccessor:
         >>> print(f"{float(moments.sum() / np.trace(tensor)):.6f}")  # the trace is the same in all axes
         1.000000
         """
-        return self.dataset[["principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate"]]
+        names = ("principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate")
+        return self.dataset[self._must_have(*names)]
 
     @property
     def snapshots(self) -> xr.Dataset | None:
@@ -138,7 +137,7 @@ class InertiaAccessor:
         values = self._named(series)
         if values.dtype.kind not in "fiub":
             raise InputError(f"{values.name} has no numbers, so that it has no unit.")
-        return astropy_quantity(values.values, str(values.attrs.get("units", "1")))
+        return astropy_quantity(values.values, _unit_of(values))
 
     @with_quantities()
     @of_each_member
@@ -151,7 +150,7 @@ class InertiaAccessor:
         inertia = self._named("inertia_tensor")
         direction = self._axis(axis)
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
-        return self._series(moment, f"moment of inertia about {_axis_text(axis)}", inertia.attrs["units"], "n.I.n")
+        return self._series(moment, f"moment of inertia about {axis_text(axis)}", _unit_of(inertia), "n.I.n")
 
     @with_quantities()
     @of_each_member
@@ -162,7 +161,7 @@ class InertiaAccessor:
         0.43
         """
         radius = np.sqrt(self.about_axis(axis).values / self._named("mass").values)
-        return self._series(radius, f"radius of gyration about {_axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
+        return self._series(radius, f"radius of gyration about {axis_text(axis)}", self._unit("m"), "sqrt(n.I.n / M)")
 
     @with_quantities()
     @of_each_member
@@ -172,13 +171,18 @@ class InertiaAccessor:
         >>> print(f"{float(ds.inertia.moment_ratio(6.957e8)[0]):.2f}")  # 0.2046 of the n = 3/2 polytrope, in the limit
         0.18
         """
-        if isinstance(radius, xr.DataArray) and radius.attrs.get("units", "1") not in ("1", self._unit("m")):
-            radius = radius.copy(data=in_si(with_unit(radius), "length"))
+        if isinstance(radius, xr.DataArray):
+            radius = with_labels(in_seconds(radius), "time", self.dataset["time"])
+            if _unit_of(radius) not in ("1", self._unit("m")):
+                try:
+                    radius = radius.copy(data=in_si(with_unit(radius), "length"))
+                except SceneError as error:
+                    raise SceneError(f"radius: {error}") from None
         radii = np.asarray(radius, dtype=float)
         require_positive(radius=radii[~np.isnan(radii)] if radii.ndim else radii)
-        ratio = self.about_axis(axis) / (self._named("mass") * radius**2)
+        ratio = self.about_axis(axis) / (self._named("mass") * radii**2)
         attrs = f"with R = {radius:g} {self._unit('m')}" if isinstance(radius, float | int) else "with the R given"
-        return self._series(ratio.values, f"moment of inertia about {_axis_text(axis)} over M R^2", "1", attrs)
+        return self._series(ratio.values, f"moment of inertia about {axis_text(axis)} over M R^2", "1", attrs)
 
     @property
     @of_each_member
@@ -191,7 +195,7 @@ class InertiaAccessor:
         second = self._named("second_moment")
         values = second.transpose("time", "i", "j").values
         reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-        attrs = {"units": second.attrs["units"], "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
+        attrs = {"units": _unit_of(second), "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
         return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
 
     @with_quantities()
@@ -217,6 +221,7 @@ class InertiaAccessor:
         1.000000
         """
         self._must_be_of_one_run("the gravity field")
+        must_have_times(self.dataset)
         times, fields = run_fields(self.dataset, self.snapshots, degree, radius)
         if principal_axes:
             fields = [field.in_principal_axes() for field in fields]
@@ -274,7 +279,7 @@ class InertiaAccessor:
         direction = np.broadcast_to(self._axis(axis), (self.dataset.sizes["time"], 3))
         along = np.einsum("tei,ti->te", torque.values, direction)
         share = xr.DataArray(along, self._coordinates("time", "effect"), ("time", "effect"))
-        return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {_axis_text(axis)}"})
+        return share.rename("torque").assign_attrs(torque.attrs | {"long_name": f"torque along {axis_text(axis)}"})
 
     def spin_rate(self, as_size: bool | None = None) -> xr.DataArray:
         """The mean angular velocity about the axis of the angular momentum, L.n / n.I.n, n its direction.
@@ -358,6 +363,7 @@ class InertiaAccessor:
         from astroinertia.dataset.rotation_limits import rotation_limits  # brings figures of stars along
 
         self._must_be_inertial("limits of rotation")
+        self._must_have("mass", "mean_radius", "angular_velocity", "moment_ratio", "rotational_to_gravitational")
         series = rotation_limits(self.dataset, shedding)
         return xr.Dataset(
             {name: self._series(values, text, self._unit(unit), "") for name, (values, unit, text) in series.items()}
@@ -383,7 +389,7 @@ class InertiaAccessor:
             virials = self._values("virial_tensor")
             had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
             acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
-        gravity = self.dataset.attrs["gravitational_constant"]
+        gravity = arranged.gravitational_constant(self.dataset)
         plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
         names = {"plus": plus, "cross": cross}
         text = "gravitational-wave strain times distance"
@@ -419,6 +425,7 @@ class InertiaAccessor:
         """
         if reason := self.absent.get("mode_phase"):
             raise AbsentError(f"this run has no azimuthal mode of order {mode}: {reason}.")
+        self._must_have("mode_phase")
         if mode not in self._named("mode").values:
             orders = ", ".join(map(str, self._named("mode").values))
             raise InputError(f"mode must be one of the orders that are recorded, {orders}, not {mode!r}.")
@@ -484,10 +491,18 @@ class InertiaAccessor:
             raise AbsentError(f"{what} follow from rates in an inertial frame, and that of this run is {frame}.")
 
     def _named(self, series: str | xr.DataArray) -> xr.DataArray:
-        """A variable by its name, or the series itself."""
-        if isinstance(series, str) and series not in self.dataset.variables:
+        """A variable by its name, or the series itself, with its times in seconds."""
+        if isinstance(series, xr.DataArray):
+            return in_seconds(series)
+        if not isinstance(series, str):
+            raise InputError(f"a series is a name or a DataArray, not something of the type {type(series).__name__}.")
+        if series not in self.dataset.variables:
             raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}")
-        return self.dataset[series] if isinstance(series, str) else series
+        return self.dataset[series]
+
+    def _must_have(self, *names: str) -> list[str]:
+        """These names; AbsentError for the first that this dataset lacks, as one of which a part was taken may."""
+        return [str(self._named(name).name) for name in names]
 
     def _must_be_of_one_run(self, what: str) -> None:
         if dims := swept(self.dataset):
@@ -507,6 +522,8 @@ class InertiaAccessor:
             raise SceneError(f"{name} must be a time, not something of the type {type(value).__name__}.") from None
 
     def _between(self, series: Any, start: float | None, end: float | None, along: str = "time") -> Any:
+        if along not in series.dims:
+            raise SceneError(f"{series.name} does not vary along {along}.")
         time = series[along]
         low, high = -np.inf if start is None else start, np.inf if end is None else end
         inside = np.flatnonzero((time >= low) & (time <= high))
@@ -522,7 +539,7 @@ class InertiaAccessor:
         return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
-        return "1" if self._named("mass").attrs.get("units", "1") == "1" else unit
+        return "1" if _unit_of(self._named("mass")) == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
         series = self._named(name)
@@ -533,22 +550,8 @@ class InertiaAccessor:
         return self._named(name).transpose("time", "i").values
 
     def _axis(self, axis: Axis) -> np.ndarray:
-        if isinstance(axis, str):
-            if axis == "spin":
-                return self._vectors("spin_axis")
-            if axis not in ("x", "y", "z"):
-                raise ValueError(f'an axis is "x", "y", "z", "spin" or a vector, not {axis!r}')
-            return np.eye(3)["xyz".index(axis)]
-        moves = isinstance(axis, xr.DataArray)
-        vectors = from_x_to_z(axis).transpose(..., "i").values if moves else np.asarray(axis, dtype=float)
-        if vectors.shape[-1:] != (3,):
-            raise ValueError(f"an axis has three components, not the shape {vectors.shape}")
-        sizes = np.linalg.norm(vectors, axis=-1, keepdims=True)
-        if vectors.ndim == 1 and not 0.0 < sizes < np.inf:
-            raise ValueError(
-                "an axis must have a direction: its components are all 0, or one of them is no finite number"
-            )
-        return vectors / np.where(sizes > 0.0, sizes, np.nan)
+        spin = isinstance(axis, str) and axis == "spin"
+        return self._vectors("spin_axis") if spin else directions(axis, self.dataset["time"])
 
     def _momentum_axes(self) -> xr.DataArray | None:
         """The direction of the angular momentum, (time, i), to the side of that at the start; None where it moves far.
@@ -587,12 +590,10 @@ class InertiaAccessor:
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
 
 
+def _unit_of(series: xr.DataArray) -> str:
+    return str(series.attrs.get("units", "1"))
+
+
 def _nearest(name: str, names: Any) -> str:
     close = difflib.get_close_matches(name, list(map(str, names)), n=1)
     return f"did you mean {close[0]!r}?" if close else "its data_vars are what it has."
-
-
-def _axis_text(axis: Any) -> str:
-    if isinstance(axis, str):
-        return "the spin axis" if axis == "spin" else axis
-    return "an axis that moves" if np.ndim(axis) > 1 else f"({', '.join(f'{float(x):.3g}' for x in axis)})"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.units import astropy_quantity, shown
 
@@ -16,9 +17,13 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset of which one time, one effect or one mode was chosen, with that as the only one."""
     if "time" not in dataset.coords:
         raise ValueError("the dataset has no times: the accessor is for records of a run, not for what is made of them")
+    if dataset["time"].dims not in ((), ("time",)):
+        raise ValueError(f"the times are along {dataset['time'].dims[0]}; the accessor takes records along time")
     for dim in ("i", "j"):
         if dim in dataset.coords and dim not in dataset.dims:
-            raise ValueError(f"vectors and tensors must be whole: along {dim} there is {dataset[dim].item()} alone")
+            raise ValueError(f"vectors and tensors must be whole: along {dim} there is {dataset[dim].values} alone")
+        if dim not in dataset["inertia_tensor"].dims:
+            raise ValueError(f"inertia_tensor has no dimension {dim}: components are along i and j")
     for dim in ("time", "effect", "mode"):
         if dim in dataset.coords and dim not in dataset.dims:
             schema = RECORDED | DERIVED
@@ -28,15 +33,49 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
     return dataset
 
 
-def in_seconds(dataset: xr.Dataset) -> xr.Dataset:
-    """A dataset whose times are timedelta64, as resampling needs them, with seconds."""
-    if "time" not in dataset.coords or dataset["time"].dtype.kind not in "mM":
-        return dataset
-    if dataset["time"].dtype.kind == "M":
+def in_seconds(series: Any) -> Any:
+    """A dataset or a series whose times are timedelta64, as resampling needs them, with seconds.
+
+    ValueError for times in another unit.
+    """
+    if "time" not in series.coords:
+        return series
+    times = series["time"]
+    if times.dtype.kind == "M":
         raise ValueError("the times are dates; the accessor takes seconds or timedelta64")
-    times = dataset["time"]
-    seconds = times.copy(data=times.values / np.timedelta64(1, "s"))
-    return dataset.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
+    if times.dtype.kind == "m":
+        seconds = times.copy(data=times.values / np.timedelta64(1, "s"))
+        return series.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
+    if (stated := str(times.attrs.get("units", "1"))) not in ("1", "s", "seconds"):
+        raise ValueError(f"the times are in {shown(stated)}; the accessor takes seconds or timedelta64")
+    return series
+
+
+def with_labels(series: xr.DataArray, dim: str, labels: xr.DataArray) -> xr.DataArray:
+    """A series with these labels along a dimension, in their order, in whatever order it has them and more.
+
+    One without this dimension, or without labels along it, stays as it is. ValueError where it lacks a label.
+    """
+    if dim not in series.dims or dim not in series.coords:
+        return series
+    own, wanted = series[dim].values.tolist(), labels.values.tolist()
+    if own == wanted:
+        return series
+    places = {label: place for place, label in enumerate(own)}
+    for label in wanted:
+        if label not in places:
+            raise ValueError(f"what is given along {dim} has no value at {label}, which the dataset has")
+    return series.isel({dim: [places[label] for label in wanted]})
+
+
+def gravitational_constant(dataset: xr.Dataset) -> float:
+    """That of a dataset's units; AbsentError where xarray has left out the attributes."""
+    if "gravitational_constant" not in dataset.attrs:
+        raise AbsentError(
+            "this dataset has lost its attribute gravitational_constant: keep attributes, as "
+            "xarray.set_options(keep_attrs=True) does."
+        )
+    return float(dataset.attrs["gravitational_constant"])
 
 
 def require_own_units(dataset: xr.Dataset) -> None:

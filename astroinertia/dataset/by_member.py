@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset.arranged import with_labels
 from astroinertia.errors import SceneError
 
 _OF_A_RUN = {"time", "i", "j"}
@@ -27,20 +28,28 @@ def reached(dataset: xr.Dataset) -> xr.Dataset:
     return dataset if end in (0, dataset.sizes["time"]) else dataset.isel(time=slice(0, end))
 
 
+def must_have_times(dataset: xr.Dataset) -> None:
+    """SceneError for a dataset of which no time is left."""
+    if not dataset.sizes.get("time", 1):
+        raise SceneError("nothing is recorded in this dataset: it has no times.")
+
+
 def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
     """A method of the accessor that answers for each member of a sweep by itself, along the sweep's dimensions.
 
-    Arguments that are DataArrays may differ from member to member. Members without records, and times after a member's
-    end, are NaN. SceneError where there are no times, ValueError where no member has records.
+    Arguments that are DataArrays may differ from member to member, and are matched by labels where they have some.
+    Members without records, and times after a member's end, are NaN. SceneError where there are no times, ValueError
+    where no member has records.
     """
 
     @wraps(method)
     def answered(accessor: Any, *arguments: Any, **options: Any) -> Any:
         data, dims = accessor.dataset, swept(accessor.dataset)
-        if not data.sizes.get("time", 1):
-            raise SceneError("nothing is recorded in this dataset: it has no times.")
+        must_have_times(data)
         if not dims:
             return method(accessor, *arguments, **options)
+        arguments = tuple(_arranged(value, data, dims) for value in arguments)
+        options = {name: _arranged(value, data, dims) for name, value in options.items()}
         recorded = data["mass"].notnull().transpose(*dims, "time").values
         answers = {}
         for place in zip(*np.nonzero(recorded.any(axis=-1)), strict=True):
@@ -58,6 +67,13 @@ def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
         return xr.Dataset({name: _together(data, dims, parts) for name, parts in series.items()}, attrs=first.attrs)
 
     return answered
+
+
+def _arranged(value: Any, data: xr.Dataset, dims: tuple[str, ...]) -> Any:
+    if isinstance(value, xr.DataArray):
+        for dim in set(dims) & set(data.coords):
+            value = with_labels(value, dim, data[dim])
+    return value
 
 
 def _selected(value: Any, at: Mapping[str, Any]) -> Any:

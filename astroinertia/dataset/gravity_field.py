@@ -73,9 +73,13 @@ def run_fields(
             raise AbsentError("no snapshot was taken at the times of this dataset.")
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]
     chosen = noted.get("zonal_harmonic_2", {}).get("radius", "equatorial_radius")
-    order = np.argsort(recorded)
-    series = np.interp(times.values, recorded[order], dataset[chosen].values[order])
-    radii = (series if radius is None else np.full(times.size, radius)).tolist()
+    if radius is None:
+        if chosen not in dataset:
+            raise AbsentError(f"this dataset has no {chosen}, which its gravity field refers to; give a radius.")
+        order = np.argsort(recorded)
+        radii = np.interp(times.values, recorded[order], dataset[chosen].values[order]).tolist()
+    else:
+        radii = [radius] * times.size
     if snapshots is not None:
         fields = [_of_snapshot(snapshots.isel(snapshot_time=k), degree, size) for k, size in enumerate(radii)]
         return times.variable, fields

@@ -10,6 +10,7 @@ import xarray as xr
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.break_up import break_up, orbit_at_equator
+from astroinertia.dataset.arranged import gravitational_constant
 
 
 def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str, str]]:
@@ -23,7 +24,7 @@ def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str
     if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().any():
         radius = data["surface_mean_radius"].values
     period = np.divide(2 * np.pi, spin, out=np.where(np.isnan(spin), np.nan, np.inf), where=spin > 0)
-    gravity, ratio = float(data.attrs["gravitational_constant"]), data["rotational_to_gravitational"].values
+    gravity, ratio = gravitational_constant(data), data["rotational_to_gravitational"].values
     limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
     sheds = limits.sheds_mass
     own: dict[str, Any] = {}

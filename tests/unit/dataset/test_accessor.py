@@ -98,6 +98,58 @@ def test_what_is_wrong_is_one_sentence(call: Any, kind: type, sentence: str, ds:
     assert isinstance(caught.value, kind) and str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
 
 
+def test_what_is_given_is_taken_by_its_times_and_not_by_its_order(ds: xr.Dataset) -> None:
+    vectors = np.random.default_rng(1).normal(size=(ds.sizes["time"], 3))
+    axes = xr.DataArray(vectors, {"time": ds.time, "i": ds.i}, ("time", "i"))
+    sizes = axes.sel(i="x", drop=True) ** 2 + 1.0
+    about, ratio = ds.inertia.about_axis(axes), ds.inertia.moment_ratio(sizes)
+    np.testing.assert_allclose(about, ds.inertia.about_axis(vectors), rtol=1e-15)
+    back, part = slice(None, None, -1), slice(5, 9)
+    xr.testing.assert_identical(ds.inertia.about_axis(axes[back]), about)
+    xr.testing.assert_identical(ds.inertia.moment_ratio(sizes[back]), ratio)
+    xr.testing.assert_identical(ds.isel(time=part).inertia.about_axis(axes), about.isel(time=part))
+    xr.testing.assert_identical(ds.isel(time=part).inertia.moment_ratio(sizes), ratio.isel(time=part))
+    for call in (lambda: ds.inertia.about_axis(axes[part]), lambda: ds.inertia.moment_ratio(sizes[part])):
+        with pytest.raises(SceneError, match=r"what is given along time has no value at 0[.]0, which the dataset has"):
+            call()
+
+
+def test_times_in_another_unit_are_refused(ds: xr.Dataset) -> None:
+    """A rate per millisecond would be called one per second."""
+    known = float(ds.inertia.growth_rate("density_max").rate)
+    milliseconds = ds.assign_coords(time=(1e3 * ds.time).assign_attrs(units="ms"))
+    for call in (lambda: milliseconds.inertia, lambda: ds.inertia.growth_rate(milliseconds.density_max)):
+        with pytest.raises(ValueError, match="the times are in ms; the accessor takes seconds or timedelta64"):
+            call()
+    exact = ds.assign_coords(time=(1e9 * ds.time).astype("timedelta64[ns]"))
+    for found in (exact.inertia.growth_rate("density_max"), ds.inertia.growth_rate(exact.density_max)):
+        assert float(found.rate) == pytest.approx(known, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("part", "sentence"),
+    [
+        (lambda ds: ds[["inertia_tensor"]].inertia.principal, "this dataset has no 'principal_moments'"),
+        (lambda ds: ds.drop_vars("mean_radius").inertia.rotation_limits(), "this dataset has no 'mean_radius'"),
+        (lambda ds: ds.drop_vars("mode_phase").inertia.pattern_speed(), "this dataset has no 'mode_phase'"),
+        (lambda ds: ds.drop_attrs(deep=False).inertia.rotation_limits(), "this dataset has lost its attribute"),
+        (lambda ds: ds.rename(i="axis").inertia, "inertia_tensor has no dimension i: components are along i and j"),
+        (lambda ds: ds.assign_coords(n=("time", np.arange(ds.sizes["time"]))).swap_dims(time="n").inertia,
+         "the times are along n; the accessor takes records along time"),
+        (lambda ds: ds.isel(time=[]).inertia.gravity_field(2), "nothing is recorded in this dataset"),
+        (lambda ds: ds.inertia.quantity(3), "a series is a name or a DataArray, not something of the type int."),
+        (lambda ds: ds.inertia.growth_rate("effect"), "effect does not vary along time."),
+        (lambda ds: ds.inertia.moment_ratio(ds.mass), "radius: must be a length, not an array in kg"),
+    ],
+)  # fmt: skip
+def test_what_a_dataset_has_lost_is_named(part: Any, sentence: str, ds: xr.Dataset) -> None:
+    with pytest.raises((AstroinertiaError, ValueError)) as caught:
+        part(ds)
+    assert str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
+    bare = ds.drop_attrs().inertia
+    assert bare.about_axis().attrs["units"] == bare.quadrupole.attrs["units"] == "1"
+
+
 def test_quantities_are_numbers_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:
     np.testing.assert_allclose(ds.inertia.moment_ratio(7e5 * u.km), ds.inertia.moment_ratio(7e8), rtol=1e-14)
     xr.testing.assert_allclose(ds.inertia.strain(90 * u.deg, "0 deg"), ds.inertia.strain(np.pi / 2, 0.0), rtol=1e-14)

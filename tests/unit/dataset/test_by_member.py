@@ -70,6 +70,10 @@ def test_arguments_may_differ_from_member_to_member(runs, sweep):
     np.testing.assert_array_equal(ratio.isel(member=2), runs[2].inertia.moment_ratio(3.0))
     along = sweep.inertia.about_axis(sweep["spin_axis"])
     np.testing.assert_array_equal(along.isel(member=0), runs[0].inertia.about_axis("spin"))
+    turned = xr.DataArray([4.0, 3.0, 2.0, 1.0], {"member": [3, 2, 1, 0]}, ("member",))
+    xr.testing.assert_identical(sweep.inertia.moment_ratio(turned), ratio)
+    with pytest.raises(SceneError, match="what is given along member has no value at 1, which the dataset has"):
+        sweep.inertia.moment_ratio(turned.sel(member=[0, 2, 3]))
 
 
 def test_pictures_are_of_one_member(sweep):
