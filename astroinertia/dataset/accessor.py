@@ -481,7 +481,7 @@ class InertiaAccessor:
     def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
         """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
-        parts = {"dataset": self._between(self.dataset, low, high)}
+        parts = {"dataset": self._between(self.dataset.sortby("time"), low, high)}
         if snapshots is not None:
             parts["snapshots"] = self._between(snapshots, low, high, "snapshot_time")
         return parts

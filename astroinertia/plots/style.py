@@ -230,10 +230,14 @@ def mark_compression(axes: Any, dataset: xr.Dataset, factor: float, named: bool 
 
 
 def time_axis(axes: Any, dataset: xr.Dataset, last: bool = True) -> None:
-    """Limits and label of a time axis."""
+    """Limits and label of a time axis, after what is drawn over it: a single record is drawn as dots."""
     times, _, text = shown_times(dataset)
     if len(times) > 1:
         axes.set_xlim(times[0], times[-1])
+    else:
+        for line in axes.lines:
+            if len(line.get_xdata()) == 1:
+                line.set_marker("o")
     if last:
         axes.set_xlabel(text)
     else:

@@ -65,6 +65,18 @@ def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) ->
     plt.close("all")
 
 
+@pytest.mark.parametrize("name", ["inertia", "spin", "attitude", "energy", "shape", "ledger"])
+def test_pictures_are_in_the_order_of_time_and_show_a_single_record(name: str, ds: xr.Dataset, tmp_path: Path) -> None:
+    forth, back = (getattr(part.inertia, f"plot_{name}")(path=tmp_path / f"{turn}.png")
+                   for turn, part in enumerate((ds, ds.isel(time=slice(None, None, -1)))))  # fmt: skip
+    for one, other in zip(forth.axes, back.axes, strict=True):
+        assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
+    alone = getattr(ds.isel(time=3).inertia, f"plot_{name}")()
+    points = [line for line in alone.axes[0].lines if len(line.get_xdata()) == 1]
+    assert points and all(line.get_marker() not in ("", "None", None) for line in points)
+    plt.close("all")
+
+
 @pytest.mark.parametrize(
     ("call", "kind", "sentence"),
     [
