@@ -56,7 +56,7 @@ class Counters(BaseModel):
     snapshot: _Count = 0
     wall_time: _Seconds = 0.0
     opening_energy: float = 0.0
-    measured: dict[str, float] | None = None
+    measured: dict[str, int | float | str | list[float]] | None = None
 
 
 @dataclass(frozen=True)

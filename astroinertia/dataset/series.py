@@ -105,7 +105,7 @@ def open_tree(path: Path | str, chunks: Chunks = None) -> xr.DataTree:
 
 def finish(
     archive: Archive,
-    measured: Mapping[str, float] | None = None,
+    measured: Mapping[str, Any] | None = None,
     completed: Callable[[xr.Dataset], xr.Dataset] | None = None,
 ) -> Path:
     """Write the run's final netCDF file, whole or not at all, and return its path.

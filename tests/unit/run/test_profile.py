@@ -113,6 +113,18 @@ def test_a_run_without_a_profile_imports_nothing_of_it(tmp_path):
     assert done.stdout.splitlines()[-1] == "False"
 
 
+def test_a_run_with_a_profile_that_lost_its_file_gets_it_again(tmp_path):
+    """As where the disk was full when it was to be written: the last checkpoint has what was measured."""
+    run = tmp_path / "run"
+    given = ["sims/core_to_pulsar_scaling.toml", "--set", "time.end='20 ms'", "--profile", "--output", str(run)]
+    assert main.main(["run", *given]) == GOOD
+    file = run / "core_to_pulsar_scaling.nc"
+    before = xr.load_dataset(file)
+    file.unlink()
+    assert main.main(["resume", str(run)]) == GOOD
+    xr.testing.assert_identical(xr.load_dataset(file), before)
+
+
 def test_a_sweep_has_no_profile(tmp_path, capsys):
     assert main.main(["run", "sims/pulsar_births.toml", "--profile", "--output", str(tmp_path / "sweep")]) == BAD_INPUT
     assert "--profile is for one run" in capsys.readouterr().err
