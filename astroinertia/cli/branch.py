@@ -25,4 +25,4 @@ def add_arguments(add: Add) -> None:
         "(default: at the last state that the run has)")  # fmt: skip
     add_settings(add, "change a key of its scene, such as time.end, an effect's option, or effects as a whole; may be "
         "repeated")  # fmt: skip
-    add("--output", type=Path, metavar="DIR", required=True, help="folder of the branch, new or empty")
+    add("--output", type=Path, metavar="DIR", required=True, help="folder of the branch, without another run in it")

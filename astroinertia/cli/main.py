@@ -185,7 +185,7 @@ def _commands() -> dict[str, Command]:
 
 
 def _add_run(add: Add) -> None:
-    add("--output", type=Path, metavar="DIR", help="folder of the run, new or empty (default: runs/NAME)")
+    add("--output", type=Path, metavar="DIR", help="folder of the run, without another run in it (default: runs/NAME)")
     add("--profile", action="store_true", help="time the parts of the run: for its file, and for show")
 
 

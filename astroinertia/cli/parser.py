@@ -71,6 +71,7 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings) -> None:
         super().__init__(**settings, formatter_class=_Help, allow_abbrev=False)
+        self.register("type", Path, _path)
 
     def parse_known_args(self, args=None, namespace=None):
         """As argparse's, but each command refuses what it does not know by itself, with the option that was meant."""
@@ -89,6 +90,12 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         raise SceneError(f"{message}; `{self.prog} --help` says more.")
+
+
+def _path(text: str) -> Path:
+    if not text:  # as of a variable of the shell that is not set: the folder in which one is would be taken
+        raise argparse.ArgumentTypeError("the path is empty")
+    return Path(text)
 
 
 def parser_of(commands: Mapping[str, Command], version: type[argparse.Action]) -> argparse.ArgumentParser:

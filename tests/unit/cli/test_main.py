@@ -117,6 +117,17 @@ def test_minutes_are_a_number_above_0_whether_they_are_used_or_not(minutes, else
     assert not Path("runs").exists()
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [("run", "star.toml", "--output", ""), ("run", ""), ("show", ""), ("compare", "a", "", "--plot", "b.png")],
+)
+def test_an_empty_path_is_not_the_folder_in_which_one_is(arguments, elsewhere, capsys):
+    assert main(["new", "star.toml"]) == 0
+    assert main([*arguments]) == 2
+    assert ": the path is empty; " in capsys.readouterr().err
+    assert sorted(path.name for path in Path().iterdir()) == ["star.toml"]
+
+
 def test_a_branch_of_a_sweep_is_led_to_its_members(elsewhere, capsys):
     Path("many").mkdir()
     Path("many", SWEEP).write_text("{}")
