@@ -269,12 +269,14 @@ def _plan(options: Options) -> int:
 
     if (sweep := cli_sweep.sweep_of(options)) is not None:
         cli_calibrate.refuse_processes(options, None)
+        choice.refuse_minutes(options, cli_sweep.scenes(sweep))
         with _voice("the members are checked"):
             planned, possible = cli_sweep.planned(sweep, options)
         _Console(highlight=False).print(*cli_plan.parts(planned), sep="\n")
         return GOOD if possible else BAD_INPUT
     scene = _load(options)
     cli_calibrate.refuse_processes(options, scene)
+    choice.refuse_minutes(options, [scene])
     from astroinertia.build.refusals import refuse_impossible
 
     with _voice("the body is checked"):
@@ -308,8 +310,10 @@ def _run(options: Options) -> int:
     if (sweep := cli_sweep.sweep_of(options)) is not None:
         if options.profile:
             raise SceneError("--profile is for one run, and this scene is swept.")
+        choice.refuse_minutes(options, cli_sweep.scenes(sweep))
         return _sweep(sweep, options.output or Path("runs") / sweep.name, options, stop.deadline(options, begun))
     scene = _load(options)
+    choice.refuse_minutes(options, [scene])
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
     from astroinertia.run.loop import refuse_before

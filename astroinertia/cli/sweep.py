@@ -1,6 +1,6 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ from astroinertia.run.meter import Meter
 
 if TYPE_CHECKING:
     from astroinertia.scene.plan import Plan
+    from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
     from astroinertia.sweeps.ensemble import Carried
 
@@ -44,6 +45,11 @@ def refuse_options(options: Options) -> None:
             raise SceneError(f"--{name} is for a scene with [sweep], which makes several runs.")
 
 
+def scenes(sweep: "Sweep") -> "Iterator[Scene]":
+    """The scene of each member in turn."""
+    return map(sweep.scene, range(len(sweep.members)))
+
+
 def is_folder(folder: Path) -> bool:
     """Whether a folder is that of a sweep."""
     from astroinertia.storage.archive import SWEEP
@@ -73,7 +79,7 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
     )
     if refused:
         say("\n".join(_table(sweep, refused, "will have no result, for")))
-    minutes = getattr(options, "minutes", ensemble.DEFAULT_MINUTES)
+    minutes = getattr(options, "minutes", None) or ensemble.DEFAULT_MINUTES
     return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, meter.tell_members, deadline)
 
 

@@ -15,6 +15,7 @@ from astroinertia.cli.main import main
 from astroinertia.cli.stop import interruption_message
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
 from astroinertia.storage.archive import SWEEP
+from tests.sims import SIMS
 
 ROOT = Path(__file__).parents[3]
 
@@ -126,6 +127,18 @@ def test_an_empty_path_is_not_the_folder_in_which_one_is(arguments, elsewhere, c
     assert main([*arguments]) == 2
     assert ": the path is empty; " in capsys.readouterr().err
     assert sorted(path.name for path in Path().iterdir()) == ["star.toml"]
+
+
+@pytest.mark.parametrize("command", ["run", "plan"])
+def test_minutes_are_for_scenes_whose_settings_are_chosen(command, elsewhere, capsys):
+    scene = (SIMS / "core_to_pulsar_scaling.toml").read_text()
+    Path("one.toml").write_text(scene)
+    Path("many.toml").write_text(f'{scene}\n[sweep]\n"body.radius" = ["1500 km", "1600 km"]\n')
+    for file in ("one.toml", "many.toml"):
+        assert main([command, file, "--minutes", "3"]) == 2
+        assert "--minutes is for a scene whose settings are chosen" in capsys.readouterr().err
+    assert not Path("runs").exists()
+    assert main(["plan", str(SIMS / "tennis_racket.toml"), "--set", "accuracy=1e-3", "--minutes", "3"]) == 0
 
 
 def test_a_branch_of_a_sweep_is_led_to_its_members(elsewhere, capsys):
