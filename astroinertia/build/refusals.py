@@ -27,9 +27,11 @@ def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
     It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
-    would be lost twice, or a companion within a rigid body.
+    would be lost twice, error bars of a closed form, or a companion within a rigid body.
     """
     _refuse_lost_twice(scene)
+    if scene.output.error_bars and scene.model == "scaling":
+        raise SceneError("the model scaling has no error bars: its answers are closed forms.")
     units = code_units(scene)
     if scene.orbits.archive is not None and scene.body.mass is not None:
         from astroinertia.build.companions import refuse_archive  # only here: other scenes do without REBOUND

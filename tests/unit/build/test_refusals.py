@@ -228,3 +228,12 @@ def test_a_companion_of_an_archive_within_a_rigid_body_is_refused(tmp_path) -> N
     refusals.refuse_impossible(loads((TUMBLING + ARCHIVE).format(size=RATIOS.format(9)), origin=str(tmp_path)))
     with pytest.raises(SceneError, match=r"companion moon begins 1e\+04 m"):
         refusals.refuse_impossible(loads((TUMBLING + ARCHIVE).format(size=RATIOS.format(11)), origin=str(tmp_path)))
+
+
+def test_error_bars_of_closed_forms_are_refused_before_a_run_and_a_sweep(tmp_path, capsys):
+    for number, name in enumerate(("core_to_pulsar_scaling", "pulsar_births")):
+        for command in ("plan", "run"):
+            place = ["--output", str(tmp_path / str(number))] if command == "run" else []
+            assert main([command, f"sims/{name}.toml", "--error-bars", *place]) == 2
+            assert "the model scaling has no error bars: its answers are closed forms" in capsys.readouterr().err
+    assert not any(tmp_path.iterdir())
