@@ -14,7 +14,8 @@ state, companions, units and model stay as they are.
 {EXIT_CODES}
 
 examples: astroinertia branch runs/star --at "2 h" --set effects.damping.time_scale="20 min" --output runs/damped
-          astroinertia branch runs/star --set "effects={{gravity={{}}, pressure={{}}}}" --output runs/inviscid
+          astroinertia branch runs/star --at "2 h" --set "effects={{gravity={{}}, pressure={{}}}}" --output runs/ideal
+          astroinertia branch runs/star --set "time.end=6 h" --set numerics.neighbours=120 --output runs/smoother
 """
 
 

@@ -451,6 +451,8 @@ def _show(options: Options) -> int:
 
     sweep = cli_result.folder_of_sweep(options.file)
     if sweep is not None and options.member is None:
+        if options.only or options.output is not None:
+            raise SceneError("--only and --output are of the pictures of one run: add --member N, of this sweep.")
         _say("\n".join(cli_sweep.summary(sweep)))
         return GOOD
     with show.particles_drawn_beside(options) as beside:

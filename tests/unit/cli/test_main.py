@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from astroinertia.cli import branch
 from astroinertia.cli.main import main
 from astroinertia.cli.stop import interruption_message
 from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted
@@ -139,6 +140,12 @@ def test_minutes_are_for_scenes_whose_settings_are_chosen(command, elsewhere, ca
         assert "--minutes is for a scene whose settings are chosen" in capsys.readouterr().err
     assert not Path("runs").exists()
     assert main(["plan", str(SIMS / "tennis_racket.toml"), "--set", "accuracy=1e-3", "--minutes", "3"]) == 0
+
+
+def test_examples_of_branches_are_of_runs_that_have_ended():
+    """A branch without a time begins at the last state of its run, which has ended there, and needs another end."""
+    examples = [line for line in branch.HELP.splitlines() if "branch runs/" in line]
+    assert len(examples) == 3 and all("--at " in line or "time.end=" in line for line in examples)
 
 
 def test_a_branch_of_a_sweep_is_led_to_its_members(elsewhere, capsys):

@@ -10,6 +10,7 @@ from astroinertia.cli import show
 from astroinertia.cli.main import main
 from astroinertia.plots import pictures
 from astroinertia.process import children
+from tests.sims import SIMS
 
 SERIES, PARTICLES = ["inertia", "spin"], ["density", "projection"]
 
@@ -80,3 +81,14 @@ def test_one_picture_may_be_asked_for_alone(run, tmp_path, capsys):
 
 def test_the_command_knows_the_pictures_of_particles_without_importing_what_draws_them():
     assert show.OF_PARTICLES == pictures.OF_PARTICLES
+
+
+@pytest.mark.parametrize("options", [["--only", "spin"], ["--output", "pictures"]])
+def test_options_of_pictures_are_not_for_a_whole_sweep(options, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = (SIMS / "core_to_pulsar_scaling.toml").read_text()
+    (tmp_path / "two.toml").write_text(f'{scene}\n[sweep]\n"body.radius" = ["1500 km", "1600 km"]\n')
+    assert main(["run", "two.toml", "--set", "time.end='5 ms'", "--workers", "1", "--output", "two"]) == 0
+    assert main(["show", "two", *options]) == 2
+    assert "--only and --output are of the pictures of one run: add --member N" in capsys.readouterr().err
+    assert not (tmp_path / "pictures").exists()
