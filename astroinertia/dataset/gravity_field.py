@@ -16,6 +16,8 @@ from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field, pa
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import second_moment_from_inertia
 
+_ROUNDED = 1e-12  # of the largest time: those of a sweep's members are one, which differ from a snapshot's by round-off
+
 
 def field_variables(
     fields: Sequence[GravityField], dims: tuple[str, ...], normalization: str, csphase: int
@@ -67,8 +69,9 @@ def run_fields(
         )
     recorded = dataset["time"].values
     if snapshots is not None:
-        taken = snapshots["snapshot_time"].values
-        snapshots = snapshots.isel(snapshot_time=(taken >= recorded.min()) & (taken <= recorded.max()))
+        taken, room = snapshots["snapshot_time"].values, _ROUNDED * abs(recorded).max()
+        within = (taken >= recorded.min() - room) & (taken <= recorded.max() + room)
+        snapshots = snapshots.isel(snapshot_time=within)
         if not snapshots.sizes["snapshot_time"]:
             raise AbsentError("no snapshot was taken at the times of this dataset.")
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]

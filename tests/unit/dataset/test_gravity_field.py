@@ -47,6 +47,17 @@ def test_particles_have_the_field_of_their_second_moments_at_each_snapshot(tree)
     assert field.harmonic_coefficient.sel(degree=1, order=2).isnull().all()
 
 
+def test_a_snapshot_at_the_end_is_not_lost_to_round_off(tree) -> None:
+    """Members of a sweep share their times, which are those of their own snapshots to round-off."""
+    series, particles = tree.to_dataset(), tree["snapshots"].to_dataset(inherit=False)
+    earlier = series.assign_coords(time=(series.time * (1.0 - 4e-16)).assign_attrs(series.time.attrs))
+    field = xr.DataTree.from_dict({"/": earlier, "/snapshots": particles}).inertia.gravity_field(degree=2, radius=2e6)
+    xr.testing.assert_identical(field, tree.inertia.gravity_field(degree=2, radius=2e6))
+    part = earlier.isel(time=slice(4, 9))
+    within = xr.DataTree.from_dict({"/": part, "/snapshots": particles}).inertia.gravity_field(degree=2)
+    np.testing.assert_array_equal(within.snapshot_time, series.time[4:9:2])
+
+
 def test_without_a_radius_it_is_the_one_that_j2_refers_to(tree) -> None:
     series = tree.to_dataset()
     field = tree.inertia.gravity_field(degree=2)
