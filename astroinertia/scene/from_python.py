@@ -49,6 +49,9 @@ def settings_of(settings: Any) -> list[str]:
     if isinstance(settings, str):
         return [settings]
     if isinstance(settings, list | tuple):
+        for setting in settings:
+            if not isinstance(setting, str):
+                raise SceneError(f"settings must be a dict or a list of texts, and {kind_of(setting)} is no text.")
         return list(settings)
     if not isinstance(settings, Mapping):
         raise SceneError(f"settings must be a dict or a list of texts, not {kind_of(settings)}.")

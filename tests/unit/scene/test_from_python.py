@@ -257,6 +257,7 @@ def test_settings_may_be_a_dict() -> None:
         ({"time.end": object()}, r"settings: \[time\] end: must be text, a number, a quantity"),
         ({"time.end": 3 * u.km}, r"^--set time\.end=\"3\.0 km\": \[time\] end: '3\.0 km' is not a time"),
         (3.0, r"settings must be a dict or a list of texts, not 3\.$"),
+        (["time.end='3 yr'", 3], r"settings must be a dict or a list of texts, and 3 is no text\.$"),
     ],
 )
 def test_wrong_settings_are_refused_by_their_key(settings: Any, sentence: str) -> None:
