@@ -6,7 +6,6 @@ Importing this module registers the accessor for xarray's Dataset and DataTree.
 import difflib
 import html
 import inspect
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from astroinertia.dataset import arranged, open_snapshots
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.arranged import in_seconds, with_labels
 from astroinertia.dataset.axes import Axis, axis_text, directions
-from astroinertia.dataset.by_member import must_have_times, of_each_member, reached, swept
+from astroinertia.dataset.by_member import must_have_times, of_each_member, reached, source_of, swept
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
 from astroinertia.dataset.picture_methods import picture
@@ -26,7 +25,6 @@ from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import InputError, with_quantities
-from astroinertia.storage.atomic import own_folder
 from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, with_unit
 
 _TURNED = 0.1  # radians that an axis may turn and be said to stay
@@ -118,13 +116,9 @@ class InertiaAccessor:
         """
         if self._tree is not None:
             return self._tree["snapshots"].to_dataset() if "snapshots" in self._tree.children else None
-        source = self.dataset.encoding.get("source")
-        if source is None or not Path(source).exists() or swept(self.dataset):
-            return None
         try:
-            if "member" in self.dataset.coords:  # chosen from a sweep, whose members have folders of their own
-                source = own_folder(Path(source).parent, f"member-{int(self.dataset['member']):04d}")
-            return open_snapshots(source, chunks={} if self.dataset.chunks else None)
+            source = source_of(self.dataset)
+            return None if source is None else open_snapshots(source, chunks={} if self.dataset.chunks else None)
         except (ArchiveError, OSError):
             return None
 

@@ -5,6 +5,7 @@ Tests: tests/unit/dataset/test_by_member.py.
 
 from collections.abc import Callable, Mapping
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import xarray as xr
 
 from astroinertia.dataset.arranged import with_labels
 from astroinertia.errors import SceneError
+from astroinertia.storage.atomic import own_folder
 
 _OF_A_RUN = {"time", "i", "j"}
 
@@ -26,6 +28,16 @@ def reached(dataset: xr.Dataset) -> xr.Dataset:
     recorded = np.flatnonzero(np.isfinite(dataset["mass"].values))
     end = recorded[-1] + 1 if len(recorded) else 0
     return dataset if end in (0, dataset.sizes["time"]) else dataset.isel(time=slice(0, end))
+
+
+def source_of(dataset: xr.Dataset) -> Path | None:
+    """The file of a run, or the folder of the member that was chosen from a sweep; None where that is not known."""
+    source = dataset.encoding.get("source")
+    if source is None or not Path(source).exists() or swept(dataset):
+        return None
+    if "member" not in dataset.coords:
+        return Path(source)
+    return own_folder(Path(source).parent, f"member-{int(dataset['member']):04d}")
 
 
 def must_have_times(dataset: xr.Dataset) -> None:

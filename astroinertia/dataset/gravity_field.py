@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset import open as opened
+from astroinertia.dataset.by_member import source_of
 from astroinertia.dataset.snapshots import present
-from astroinertia.errors import AbsentError
+from astroinertia.errors import AbsentError, ArchiveError
 from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field, particle_field
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import second_moment_from_inertia
@@ -63,6 +65,8 @@ def run_fields(
     noted = {name: dataset[name].attrs for name in dataset.data_vars}  # older files have none of these two
     moments = noted.get("gravity_coefficient", {}).get("radial_moments", ())
     if snapshots is None and not np.size(moments):
+        moments = _of_member(dataset)
+    if snapshots is None and not np.size(moments):
         raise AbsentError(
             "the gravity field above degree 2 needs snapshots of particles, or a body that keeps its layers; degree 2"
             " is in gravity_coefficient."
@@ -92,6 +96,16 @@ def run_fields(
     masses = dataset["mass"].values.tolist()
     means = np.append(1.0, moments)
     return times.variable, [_of_layers(*each, degree, means) for each in zip(masses, inertia, radii, strict=True)]
+
+
+def _of_member(dataset: xr.Dataset) -> Any:
+    """What the run of a member of a sweep notes of its layers, where the sweep has members with others."""
+    try:
+        source = source_of(dataset) if "member" in dataset.coords else None
+        own = {} if source is None else opened(source).data_vars
+    except (ArchiveError, OSError):
+        return ()
+    return own["gravity_coefficient"].attrs.get("radial_moments", ()) if "gravity_coefficient" in own else ()
 
 
 def _of_snapshot(particles: xr.Dataset, degree: int, radius: float) -> GravityField:

@@ -11,6 +11,7 @@ from astroinertia import dataset
 from astroinertia.errors import AbsentError, SceneError
 from astroinertia.inertia.gravity_field import ellipsoid_field, layered_field
 from astroinertia.storage.archive import Archive
+from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
 from tests.unit.dataset.test_radii import STAR, course
 
@@ -141,3 +142,19 @@ def test_wrong_arguments_are_refused(tree) -> None:
         tree.inertia.gravity_field(degree=99)
     with pytest.raises(SceneError, match="normalization must be one of 4pi, ortho, schmidt, unnorm"):
         tree.inertia.gravity_field(normalization="full")
+
+
+def test_a_member_of_a_sweep_has_the_field_of_its_own_layers(tmp_path) -> None:
+    """Of members with other profiles the sweep notes no layers."""
+    scene = (SIMS / "core_to_pulsar_scaling.toml").read_text().replace('end = "0.3 s"', 'end = "20 ms"')
+    (tmp_path / "two.toml").write_text(f'{scene}\n[sweep]\n"body.index" = [3.0, 1.5]\n')
+    astroinertia.run_scene(tmp_path / "two.toml", tmp_path / "two", workers=1)
+    sweep = astroinertia.open(tmp_path / "two")
+    for member in (sweep.isel(body_index=0), sweep.isel(body_index=1)):
+        alone = astroinertia.open(tmp_path / "two" / f"member-{int(member.member):04d}")
+        found, own = (part.inertia.gravity_field(degree=4, radius=1e6) for part in (member, alone))
+        np.testing.assert_array_equal(found.harmonic_coefficient, own.harmonic_coefficient)
+    file = xr.load_dataset(tmp_path / "two" / "core_to_pulsar_scaling.nc").isel(body_index=0)
+    file.encoding.pop("source", None)
+    with pytest.raises(AbsentError, match="needs snapshots of particles, or a body that keeps its layers"):
+        file.inertia.gravity_field()
