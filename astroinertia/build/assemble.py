@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build import companions
-from astroinertia.build.effects import effects_of
+from astroinertia.build.effects import effects_of, refuse_in_turning_frame
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.structure import structure
@@ -205,7 +205,7 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
 def refuse_contradictions(scene: Scene) -> None:
     """SceneError where options of an effect contradict each other, or the body cannot be, before any preparation."""
     refuse_impossible(scene)
-    effects_of(scene, code_units(scene))
+    refuse_in_turning_frame(scene, effects_of(scene, code_units(scene)))
 
 
 def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:

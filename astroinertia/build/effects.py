@@ -32,3 +32,16 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
     return tuple(built)
+
+
+def refuse_in_turning_frame(scene: Scene, effects: tuple[Any, ...]) -> None:
+    """SceneError where an effect turns the frame of a scene that has what is right in inertial axes alone."""
+    frame = next((effect.kind for effect in effects if effect.turns_frame), None)
+    if frame is None:
+        return
+    for effect in effects:
+        if effect.inertial:
+            raise SceneError(f"[effects.{effect.kind}] {effect.inertial}, so it cannot be listed with {frame}.")
+    for name, region in scene.regions.items():
+        if region.bound:
+            raise SceneError(f"[regions.{name}] bound is judged in inertial axes, so it cannot be with {frame}.")

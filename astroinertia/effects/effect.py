@@ -91,6 +91,8 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     """How large it is in a scene, and what leaving it out would change; None where it does not say."""
     external: ClassVar[bool] = False
     """Exchanges momentum or energy with the outside of the fluid."""
+    turns_frame: ClassVar[bool] = False
+    """Makes the frame of the scene a rotating one, which velocities are relative to."""
     not_finite: ClassVar[str] = ""
     """What has happened where its acceleration is no longer finite, if something particular has."""
 
@@ -120,6 +122,11 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     def further_pressure(self, xp: Any, density: Any) -> Any:
         """What it adds to the equation of state's pressure at those densities, (K,), as matter first comes there."""
         return 0.0 * density
+
+    @property
+    def inertial(self) -> str:
+        """Why it is right in inertial axes alone, in words; empty where it is right in a rotating frame, too."""
+        return ""
 
     @property
     def potential_moves(self) -> bool:

@@ -46,6 +46,11 @@ class Companions(Effect):
             raise ValueError('live companions move in an inertial frame: frame must be "direct"')
         return cls(**options)
 
+    @property
+    def inertial(self):
+        """Where orbits are given; what moves by itself is refused beside all that acts on the fluid alone."""
+        return "move on orbits in inertial axes" if self.motion == "orbit" else ""
+
     def points(self, fluid):
         """Masses (n,), places (n, 3), and the square of the softening."""
         points = fluid.points[self.kind]

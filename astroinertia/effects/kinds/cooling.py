@@ -86,6 +86,11 @@ class Cooling(Effect):
             raise ValueError(f"the law {law} has no {foreign[0]}")
         return cls(**options)
 
+    @property
+    def inertial(self):
+        """Where the time scale is that of the rotation."""
+        return 'by the law "beta" follows from the rotation in inertial axes' if self.law == "beta" else ""
+
     def rate(self, xp, fluid):
         """1/tau, (N,)."""
         none = xp.zeros_like(fluid.density)

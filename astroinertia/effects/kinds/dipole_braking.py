@@ -55,6 +55,11 @@ class DipoleBraking(Effect):
             raise ValueError("the magnetic axis must not have zero length")
         return cls(**options)
 
+    @property
+    def inertial(self):
+        """The torque is that of the whole spin."""
+        return "follows from the spin in inertial axes"
+
     def strength(self, xp, spin, angular_momentum):
         """k |omega|^(n-1), zero where nothing turns."""
         square = xp.sum(spin**2)

@@ -81,6 +81,11 @@ class RadiationReaction(Effect):
     external: ClassVar[bool] = True
     whole_body: ClassVar[bool] = True
 
+    @property
+    def inertial(self):
+        """What rests in a rotating frame sends out waves."""
+        return "follows from how the quadrupole moves in inertial axes"
+
     def affine_force(self, body):
         """q M F, of the acceleration M x."""
         from astroinertia.bodies import affine_motion

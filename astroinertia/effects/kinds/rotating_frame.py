@@ -26,6 +26,7 @@ class RotatingFrame(Effect):
 
     kind: ClassVar[str] = "rotating_frame"
     external: ClassVar[bool] = True
+    turns_frame: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
