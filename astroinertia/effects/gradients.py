@@ -47,6 +47,12 @@ def flow_sums(fluid: Any) -> tuple[Any, Any]:
     return sums["position"], sums["velocity"]
 
 
+def inertial_flow_sums(fluid: Any) -> tuple[Any, Any]:
+    """The same of velocities in inertial axes, of which all vorticity is: a frame that turns hides some of it."""
+    sums = fluid.gradients[COMMON]
+    return sums["position"], sums.get("inertial_velocity", sums["velocity"])
+
+
 def along(xp, ij: Separation, matrix: Symmetric):
     """x . M . x of a separation."""
     x, y, z = ij.x, ij.y, ij.z

@@ -119,6 +119,10 @@ class ParticleParts:
         """Matrix M (3, 3) of an acceleration M v, taken at the mean velocity of a kick."""
         return None
 
+    def frame_rotation(self, fluid: Any) -> Any | None:
+        """The matrix [Omega] (3, 3) of the frame that velocities are relative to, of an effect that `turns_frame`."""
+        return None
+
     def reaction(self, xp: Any, fluid: Any, weight: Any) -> Any | None:
         """sum over particles of weight (N,) times what unit mass does to the effect's moving point masses, (n, 3).
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, Output, PairTerm, pytree
-from astroinertia.effects.gradients import VELOCITY_GRADIENT, converging_share, flow_sums, linear_gradient
+from astroinertia.effects.gradients import VELOCITY_GRADIENT, converging_share, inertial_flow_sums, linear_gradient
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.units import choice, not_negative
 
@@ -102,7 +102,7 @@ class Conduction(Effect):
             fields["pressure"] = fluid.pressure
         if self.limiter == "shear":
             (fields["conduction_share"],) = elementwise(
-                xp, share_of_flow, fluid.sound_speed, fluid.smoothing_length, *flow_sums(fluid)
+                xp, share_of_flow, fluid.sound_speed, fluid.smoothing_length, *inertial_flow_sums(fluid)
             )
         return fields
 

@@ -35,14 +35,14 @@ class RotatingFrame(Effect):
             raise ValueError("the axis must not be zero")
         return cls(**options)
 
-    def rotation(self, fluid):
+    def frame_rotation(self, fluid):
         """The matrix [Omega] at the fluid's time."""
         rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
         return angular_velocity_matrix(rate, self.axis)
 
     def position_matrix(self, fluid):
         """B of the part B x of the acceleration."""
-        rotation = self.rotation(fluid)
+        rotation = self.frame_rotation(fluid)
         centrifugal = -rotation @ rotation
         if self.rate_change is None:
             return centrifugal
@@ -54,11 +54,11 @@ class RotatingFrame(Effect):
 
     def drag(self, fluid):
         """Coriolis: -2 [Omega]."""
-        return -2.0 * self.rotation(fluid)
+        return -2.0 * self.frame_rotation(fluid)
 
     def potential_energy(self, xp, fluid):
         """Of the centrifugal force, -1/2 sum m |Omega x x|^2."""
-        return -0.5 * xp.sum(fluid.mass[:, None] * (fluid.position @ self.rotation(fluid).T) ** 2)
+        return -0.5 * xp.sum(fluid.mass[:, None] * (fluid.position @ self.frame_rotation(fluid).T) ** 2)
 
     def virial(self, xp, fluid):
         """V = Omega^2 Q - (Q Omega) (x) Omega - Omega' x Q - 2 Omega x P, cross products with the rows of Q and P.
@@ -74,7 +74,7 @@ class RotatingFrame(Effect):
 
     def timestep(self, xp, fluid):
         """1/|Omega|."""
-        rate = xp.sqrt(0.5 * xp.sum(self.rotation(fluid) ** 2))
+        rate = xp.sqrt(0.5 * xp.sum(self.frame_rotation(fluid) ** 2))
         return 1.0 / xp.maximum(rate, 1e-30)
 
     @property
@@ -98,7 +98,7 @@ class RotatingFrame(Effect):
 
     def affine_potential(self, body):
         """Of the centrifugal force."""
-        rotation = self.rotation(body)
+        rotation = self.frame_rotation(body)
         turned, carried = rotation @ body.deformation, rotation @ body.centre
         return -0.5 * (body.second_moment * jnp.sum(turned**2) + body.mass * jnp.sum(carried**2))
 

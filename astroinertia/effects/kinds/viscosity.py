@@ -13,6 +13,7 @@ from astroinertia.effects.gradients import (
     converging_share,
     curl_size,
     flow_sums,
+    inertial_flow_sums,
     linear_gradient,
     shear,
     strain,
@@ -370,8 +371,9 @@ class Viscosity(Effect):
             values = elementwise(xp, coefficients, *arguments)
         else:
             values = elementwise(
-                xp, LIMITED[self.limiter], *arguments, fluid.smoothing_length, *flow_sums(fluid), self.alpha_min
-            )
+                xp, LIMITED[self.limiter], *arguments, fluid.smoothing_length, *inertial_flow_sums(fluid),
+                self.alpha_min,
+            )  # fmt: skip
         names = ("viscosity_linear", "viscosity_quadratic", *STRAIN)
         fields = {
             "density": fluid.density,

@@ -11,7 +11,7 @@ from functools import reduce
 from typing import Any
 
 from astroinertia.engines.elementwise import added, elementwise
-from astroinertia.engines.terms import PairTerm
+from astroinertia.engines.terms import COMMON, PairTerm
 from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
 from astroinertia.models.sph.compiled import compiled
@@ -132,7 +132,18 @@ def gradients(
     for effect in problem.effects:
         fields.update(effect.gradient_fields(problem.engine.xp, fluid))
     chosen = {} if targets is None else {"targets": targets}
-    return problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **chosen)
+    sums = problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **chosen)
+    return with_inertial_flow(problem, fluid, sums)
+
+
+def with_inertial_flow(problem: Problem, fluid: Fluid, sums: Sums) -> Sums:
+    """The sums, in a frame that turns also with that of velocities in inertial axes: v + Omega x x is linear in x."""
+    rotation = reduce(added, [effect.frame_rotation(fluid) for effect in problem.effects], None)
+    if rotation is None or COMMON not in sums:
+        return sums
+    flow = sums[COMMON]
+    turned = problem.engine.xp.einsum("ck,nkd->ncd", rotation, flow["position"])
+    return sums | {COMMON: flow | {"inertial_velocity": flow["velocity"] + turned}}
 
 
 def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:
