@@ -277,10 +277,10 @@ def _plan(options: Options) -> int:
     scene = _load(options)
     cli_calibrate.refuse_processes(options, scene)
     choice.refuse_minutes(options, [scene])
-    from astroinertia.build.refusals import refuse_impossible
+    from astroinertia.build.assemble import refuse_contradictions
 
     with _voice("the body is checked"):
-        refuse_impossible(scene)
+        refuse_contradictions(scene)
         if scene.judged_by:
             from astroinertia.accuracy.selected_observables import parsed  # only here: it imports xarray
 

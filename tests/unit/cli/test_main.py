@@ -207,6 +207,13 @@ def test_plan_refuses_to_judge_by_what_is_no_series(elsewhere, capsys):
     )
 
 
+def test_plan_refuses_effects_whose_options_contradict_each_other(elsewhere, capsys):
+    """As a run does, before anything is made of the body."""
+    main(["new", "star.toml"])
+    assert main(["plan", "star.toml", "--set", "effects.viscosity={alpha_min=2.0}"]) == 2
+    assert "[effects.viscosity] alpha_min must not be above alpha_max" in capsys.readouterr().err
+
+
 def test_plan_writes_nothing_and_shows_markup_as_it_is(elsewhere, capsys):
     main(["new", "star.toml"])
     assert main(["plan", "star.toml", "--set", "description=[bold]not markup[/red]"]) == 0
