@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from astroinertia.build.refusals import refuse_impossible
+from astroinertia.build.assemble import refuse_contradictions
 from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
@@ -149,7 +149,7 @@ def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]
 
 
 def refused(sweep: Sweep, numbers: Sequence[int]) -> dict[int, str]:
-    """Members whose body cannot be (build.refusals), and why, before anything is prepared.
+    """Members whose body cannot be or whose effects contradict each other, and why, before anything is prepared.
 
     >>> sweep = folders.read(Path("runs/sweep"))
     >>> print(refused(sweep, [0, 1]))
@@ -158,7 +158,7 @@ def refused(sweep: Sweep, numbers: Sequence[int]) -> dict[int, str]:
     sentences = {}
     for number in numbers:
         try:
-            refuse_impossible(sweep.scene(number))
+            refuse_contradictions(sweep.scene(number))
         except SceneError as error:
             sentences[number] = str(error)
     return sentences

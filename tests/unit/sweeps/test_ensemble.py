@@ -247,6 +247,16 @@ def test_a_sweep_of_which_no_member_can_be_is_refused_before_anything(command, t
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_members_whose_effects_contradict_each_other_are_named_by_plan(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "600")
+    file = tmp_path / "sweep.toml"
+    braked = '[effects.dipole_braking]\nfield = "1e12 G"\nradius = "1500 km"\n[time]'
+    file.write_text(SCENE.replace("{sweep}", '"effects.dipole_braking.index" = [3.0, 2.0]').replace("[time]", braked))
+    assert main(["plan", str(file)]) == 2
+    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert "the braking index of a field is 3" in rows[member(1)] and member(0) not in rows
+
+
 def test_a_failure_stays_with_its_member_and_is_reported(tmp_path, monkeypatch):
     carried_out, ran = running.run_scene, []
 
