@@ -53,7 +53,10 @@ from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
 _OF_THE_FRAME = (
     *("angular_momentum", "angular_velocity", "angular_speed", "rotational_energy", "rotational_to_gravitational"),
-    *("kinetic_energy", "spin_scaling"),
+    *("momentum", "mixed_moment", "kinetic_tensor", "kinetic_energy", "spin_scaling", "figure_rotation_rate"),
+    *("rotation_profile", "specific_angular_momentum_profile", "mode_pattern_speed", "bar_pattern_speed"),
+    *("region_velocity", "region_angular_momentum", "region_angular_velocity", "region_rotational_energy"),
+    *("region_mixed_moment", "region_kinetic_tensor", "region_rotational_to_gravitational"),
 )
 NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"

@@ -293,8 +293,9 @@ def test_in_a_rotating_frame_nothing_is_said_of_waves_and_break_up() -> None:
     records, _ = affine_run(outputs=24, particles=64)
     series = {name: np.stack([record[name] for record in records]) for name in records[0]}
     turning = dataset.headline(series, METADATA | {"frame": "rotating with the scene's rotating_frame"})
-    assert turning["angular_velocity"].attrs["comment"].endswith("; relative to the rotating frame")
-    assert turning["rotational_to_gravitational"].attrs["comment"].endswith("; relative to the rotating frame")
+    rates = ("angular_velocity", "figure_rotation_rate", "mode_pattern_speed", "bar_pattern_speed", "rotation_profile")
+    for name in (*rates, "rotational_to_gravitational", "momentum", "kinetic_tensor"):
+        assert turning[name].attrs["comment"].endswith("relative to the rotating frame"), name
     for ask in (lambda i: i.strain(0.0), lambda i: i.rotation_limits()):
         with pytest.raises(AbsentError, match="follow from rates in an inertial frame, and that of"):
             ask(turning.inertia)
