@@ -145,19 +145,26 @@ class _Arguments:
         _must_go_together({name: before[name] for name in by_place})
         for name, value in before.items():
             bound.arguments[name] = self._number(name, value, units)
-        changed = any(bound.arguments[name] is not value for name, value in before.items())
+        with_unit = [name for name, value in before.items() if bound.arguments[name] is not value]
         for name, value in bound.arguments.items():
             bound.arguments[name] = self._real(name, value if name in self.labelled else _without_labels(value))
         gravity = self.signature.parameters.get("gravitational_constant")
-        if changed and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
+        if with_unit and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
+            self._refuse_ones(before, with_unit[0])
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
-        if changed and self.scales:
+        if with_unit and self.scales:
             if len(given := set(bound.arguments.get("scale", {}))) == 1 and given < {"mass", "mean_radius"}:
                 other = ({"mass", "mean_radius"} - given).pop()
                 raise InputError(f"{other} is needed, too, where {given.pop()} is given with a unit.")
             constant = {"gravitational_constant": units.GRAVITATIONAL_CONSTANT}
             bound.arguments["scale"] = constant | bound.arguments.get("scale", {})
         return bound.args, bound.kwargs
+
+    def _refuse_ones(self, given: Mapping[str, Any], with_unit: str) -> None:
+        """InputError where a mass or a size is left at 1 of any units, and something else has a unit."""
+        for name, parameter in self.signature.parameters.items():
+            if name in DIMENSIONS and parameter.default == 1.0 and name not in given:
+                raise InputError(f"{name} of {self.function} is needed, too, where {with_unit} is given with a unit.")
 
     def _number(self, name: str, value: Any, units: Any) -> Any:
         if hasattr(type(value), "data_vars"):
@@ -217,7 +224,7 @@ class _Arguments:
         if isinstance(value, str) and name in self.numbers:
             wanted = _wanted(self.signature.parameters[name], value)
             raise InputTypeError(f"{name} of {self.function} must be {wanted}, not {value!r:.60}.")
-        if not _is_physical(name):
+        if not (_is_physical(name) or name in self.in_units):
             return value
         kind = _dtype_kind(value)
         may_be_complex = name in self.complex or DIMENSIONS.get(name) == "rate"  # what dies away has such a frequency

@@ -185,7 +185,7 @@ def test_units_change_nothing_but_how_numbers_are_written(name: str) -> None:
 @with_quantities(years="yr", share=None)
 def sample(
     mass: float,
-    radius: Any = 1.0,
+    radius: Any = 2.0,
     *,
     years: float = 1.0,
     share: float = 0.5,
@@ -208,6 +208,24 @@ def test_a_default_gravitational_constant_is_that_of_si_where_there_are_units() 
     assert sample(2.0 * u.kg)[4] == GRAVITATIONAL_CONSTANT
     assert sample(2.0 * u.kg, gravitational_constant=2.0)[4] == 2.0
     assert sample(2.0, gravitational_constant=constants.G)[4] == constants.G.value
+
+
+@with_quantities()
+def of_size_one(
+    mass: float = 1.0, radius: float = 1.0, density: float = 1.0, gravitational_constant: float = 1.0
+) -> Any:
+    return mass, radius, density, gravitational_constant
+
+
+def test_what_is_left_at_one_is_not_a_kilogram_or_a_metre_where_something_has_a_unit() -> None:
+    assert of_size_one(2.0) == (2.0, 1.0, 1.0, 1.0)
+    assert of_size_one("2 kg", "3 km", "2 kg/m3") == (2.0, 3000.0, 2.0, GRAVITATIONAL_CONSTANT)
+    for given in ({"mass": "2 kg"}, {"mass": 2.0, "radius": 3 * u.km}):
+        missing = next(name for name in ("mass", "radius", "density") if name not in given)
+        with pytest.raises(InputError, match=f"{missing} of of_size_one is needed, too, where .* given with a unit"):
+            of_size_one(**given)
+    with pytest.raises(InputError, match=r"radius of .* is needed, too, where mass is given with a unit"):
+        Polytrope(1.5, mass="1 Msun")
 
 
 def test_tables_lists_text_and_units_of_their_own() -> None:
