@@ -153,11 +153,12 @@ class _Arguments:
             self._refuse_ones(before, with_unit[0])
             bound.arguments[gravity.name] = units.GRAVITATIONAL_CONSTANT
         if with_unit and self.scales:
-            if len(given := set(bound.arguments.get("scale", {}))) == 1 and given < {"mass", "mean_radius"}:
-                other = ({"mass", "mean_radius"} - given).pop()
-                raise InputError(f"{other} is needed, too, where {given.pop()} is given with a unit.")
-            constant = {"gravitational_constant": units.GRAVITATIONAL_CONSTANT}
-            bound.arguments["scale"] = constant | bound.arguments.get("scale", {})
+            scale = bound.arguments.get("scale", {})
+            physical = [*scale, *(name for name in with_unit if DIMENSIONS.get(name, "angle") != "angle")]
+            if physical and len(scale) < 2 and scale.keys() <= {"mass", "mean_radius"}:
+                needed = {"mass": "mean_radius is", "mean_radius": "mass is"}.get(physical[0], "mass and a radius are")
+                raise InputError(f"{needed} needed, too, where {physical[0]} is given with a unit.")
+            bound.arguments["scale"] = {"gravitational_constant": units.GRAVITATIONAL_CONSTANT} | scale
         return bound.args, bound.kwargs
 
     def _refuse_ones(self, given: Mapping[str, Any], with_unit: str) -> None:

@@ -226,6 +226,9 @@ def test_what_is_left_at_one_is_not_a_kilogram_or_a_metre_where_something_has_a_
             of_size_one(**given)
     with pytest.raises(InputError, match=r"radius of .* is needed, too, where mass is given with a unit"):
         Polytrope(1.5, mass="1 Msun")
+    with pytest.raises(InputError, match="mass and a radius are needed, too, where angular_velocity is given"):
+        maclaurin.from_angular_velocity("1e-6 rad/s")
+    assert maclaurin.from_axis_ratio(0.8 * u.one).mass == 1.0
 
 
 def test_tables_lists_text_and_units_of_their_own() -> None:
