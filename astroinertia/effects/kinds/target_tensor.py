@@ -68,10 +68,18 @@ class TargetTensor(Effect):
         return effect
 
     def axes(self, xp):
-        """The target's axes as rows, (3, 3): the first as given, the second as near to the given one as it can be."""
-        if self.first_axis is None:
+        """The target's axes as rows, (3, 3): the first as given, the second as near to the given one as it can be.
+
+        In a plane without given axes the third is its normal, and the first anywhere in it. None where any will do.
+        """
+        if self.first_axis is None and self.normal is None:
             return None
-        first, second = xp.asarray(self.first_axis), xp.asarray(self.second_axis)
+        if self.first_axis is None:
+            normal = xp.asarray(self.normal)
+            first = xp.cross(xp.eye(3, dtype=normal.dtype)[xp.argmin(xp.abs(normal))], normal)  # far from parallel
+            second = xp.cross(normal, first)
+        else:
+            first, second = xp.asarray(self.first_axis), xp.asarray(self.second_axis)
         first = first / xp.sqrt(first @ first)
         second = second - (first @ second) * first
         second = second / xp.sqrt(second @ second)
@@ -146,7 +154,10 @@ ENTRY = Entry(
             "dimensionless", None, "where the second is, what is across the first; beside first_axis", shape=(3,)
         ),
         "orientation_stiffness": positive("inverse_time_squared", None, "of the orientation; as stiffness without it"),
-        "normal": Option("dimensionless", None, "of the plane that alone is driven; all space without it", shape=(3,)),
+        "normal": Option(
+            "dimensionless", None, "of the plane that alone is driven, and the third axis where none is given; without "
+            "it all space", shape=(3,),
+        ),
     },
     "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange", made=TargetTensor, rank=13,
     size=Measure(
