@@ -4,22 +4,16 @@ From positions and masses alone, so that a body that keeps its profile and shape
 Tests: tests/unit/models/sph/test_extent.py.
 """
 
-from itertools import product
-
 import numpy as np
 
 from astroinertia.observables.quantities import ENCLOSED
 
 _FEWEST = 4  # particles, of which an ellipsoid says anything
-_LAYER = (0.90, 0.92, 0.94, 0.96, 0.98, ENCLOSED)  # shares of the mass, at whose radii the shape is taken
-_BLOCK = 2048  # particles at a time, of which all directions fit into a processor's cache
-_ITERATIONS = 3  # of the shape: what is left of its error falls to a tenth each time
-_DIRECTIONS = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if way > (0.0, 0.0, 0.0)])
-_DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-_FIT = np.linalg.pinv(
-    np.stack([_DIRECTIONS[:, i] * _DIRECTIONS[:, j] * (1.0 if i == j else 2.0) for i, j in _PAIRS], axis=1)
-)
+_INNER = 0.90  # share of the mass that lies within the layer whose shape is taken; ENCLOSED lies within its outer edge
+_CORE = 0.1  # of the outer edge: within it, as of a sink at the centre, a direction means little and the layer ends
+_ITERATIONS = 4  # of the shape: what is left of its error falls to a quarter each time
+_PART = 0.75  # of the correction that is right near the answer: all of it goes too far where the shape is far off
+_MOST = 1.0  # of the logarithm of a semi-axis squared, by which a step changes it: bodies without a surface take leaps
 
 
 def extent(mass: np.ndarray, relative: np.ndarray) -> dict[str, np.ndarray | float]:
@@ -27,8 +21,9 @@ def extent(mass: np.ndarray, relative: np.ndarray) -> dict[str, np.ndarray | flo
 
     half_mass_radius and radius_enclosing_99 are of spheres about the centre of mass. enclosing_ellipsoid (3, 3) is the
     matrix A of an ellipsoid x A^-1 x = 1. It is as large as the one with the shape of the second moments that holds
-    ENCLOSED of the mass, and has the shape of the outermost tenth of the mass: by the radii that enclose from 0.9 to
-    ENCLOSED of what lies in each of 13 directions.
+    ENCLOSED of the mass, and has the shape of the outermost tenth of the mass: the levels of its particles between
+    those that enclose 0.9 and ENCLOSED of the mass do not depend on where they lie, to the second degree in direction.
+    No directions in space are preferred, so that it turns with the body.
     """
     radius = _lengths(relative)
     half, most = enclosing(mass, radius, (0.5, ENCLOSED))
@@ -65,46 +60,29 @@ def _ellipsoid(mass: np.ndarray, relative: np.ndarray, radius: np.ndarray, most:
 
 
 def _corrected(shape: np.ndarray, mass: np.ndarray, relative: np.ndarray) -> np.ndarray | None:
-    """The shape, corrected by what makes the body round that it is to make round."""
+    """The shape, corrected by what makes the body round that it is to make round.
+
+    Where surfaces lie at levels 1 + u.B u toward u, with B small and without a trace, the mean over the mass in the
+    layer of u u log(level), less that of both apart, is 2/15 B.
+    """
     root = _root(shape)
     rounded = relative @ np.linalg.inv(root)
     level = _lengths(rounded)
     order = np.argsort(level)
-    level, mass = level[order], mass[order]
-    toward = np.stack([component[order] for component in rounded.T]) / np.maximum(level, 1e-300)
-    level = np.minimum(level, _at_shares(mass, level, (ENCLOSED,))[0])  # what flies off is no part of the surface
-    squares = _FIT @ np.square(_outer_radii(mass, level, toward).mean(axis=1))
-    correction = np.empty((3, 3))
-    for (i, j), square in zip(_PAIRS, squares, strict=True):
-        correction[i, j] = correction[j, i] = square
-    return _of_volume_one(root @ correction @ root)
-
-
-def _outer_radii(mass: np.ndarray, level: np.ndarray, toward: np.ndarray) -> np.ndarray:
-    """Radii (13, 6) with the shares _LAYER within in each direction, of sorted particles (N,) that lie `toward` (3, N).
-
-    How much counts within is added up block by block; particle by particle it is only where the layer lies.
-    """
-    starts = range(0, len(mass), _BLOCK)
-    blocks = [_narrow(_DIRECTIONS @ toward[:, k : k + _BLOCK]) @ mass[k : k + _BLOCK] for k in starts]
-    within = np.cumsum([np.zeros(len(_DIRECTIONS)), *blocks], axis=0)
-    total = within[-1]
-    # A whole block of particles is before the first radius of any direction, but where that is in the first block.
-    block = max(int((within <= _LAYER[0] * total).all(axis=1).sum()) - 2, 0)
-    rest = slice(block * _BLOCK, None)
-    radii = []
-    for way, before, most in zip(_DIRECTIONS, within[block], total, strict=True):
-        counted = mass[rest] * _narrow(way @ toward[:, rest])
-        middle = before + np.cumsum(counted) - 0.5 * counted
-        radii.append(np.interp(most * np.array(_LAYER), middle, level[rest]))
-    return np.array(radii)
-
-
-def _narrow(cosine: np.ndarray) -> np.ndarray:
-    """By how much a particle counts for a direction: the eighth power of the cosine, by products, which are quick."""
-    for _ in range(3):
-        cosine = cosine * cosine
-    return cosine
+    inner, outer = _at_shares(mass[order], level[order], (_INNER, ENCLOSED))
+    if not outer > 0.0:  # all at one place
+        return shape
+    total, core = mass.sum(), _CORE * outer
+    inner = max(inner, core)
+    toward = rounded / np.maximum(level, core)[:, None]
+    everywhere = (mass * toward.T) @ toward / total
+    everywhere += (1.0 - np.trace(everywhere)) / 3.0 * np.eye(3)
+    layer = level > inner
+    raised = mass[layer] * np.log(np.minimum(level[layer], outer) / inner)  # what flies off is no part of the surface
+    toward = toward[layer]
+    together = (raised * toward.T) @ toward - raised.sum() * everywhere
+    logs, axes = np.linalg.eigh(2.0 * _PART * 7.5 / ((ENCLOSED - _INNER) * total) * together)
+    return _of_volume_one(root @ (axes * np.exp(np.clip(logs, -_MOST, _MOST))) @ axes.T @ root)
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:
