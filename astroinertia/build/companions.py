@@ -59,13 +59,16 @@ def names(scene: Scene, units: CodeUnits) -> list[str]:
     return [particle.name for particle in archive_at_start(scene.orbits, scene.origin, units).particles[1:]]
 
 
-def at_start(scene: Scene, units: CodeUnits, mass: float) -> np.ndarray:
-    """Places (N, 3) relative to the body, of that mass in code units, at the start."""
+def at_start(scene: Scene, units: CodeUnits, mass: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Masses (N + 1,) of the body, of that mass in code units, and its companions; their places and velocities (N, 3).
+
+    At the start, and relative to the body.
+    """
     from astroinertia.orbits import states  # only here: other scenes do without REBOUND
 
     archive = scene.orbits.archive
     first = bodies(scene, units, mass) if archive is None else archive_at_start(scene.orbits, scene.origin, units)
-    return states.present(first)[0]
+    return states.masses(first), *states.present(first)
 
 
 def refuse_archive(scene: Scene, units: CodeUnits, mass: float) -> None:

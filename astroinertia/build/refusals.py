@@ -27,7 +27,7 @@ def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
     It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
-    would be lost twice, error bars of a closed form, or a companion within a rigid body.
+    would be lost twice, error bars of a closed form, or a companion that begins or comes within a rigid body.
     """
     _refuse_lost_twice(scene)
     if scene.output.error_bars and scene.model == "scaling":
@@ -56,16 +56,27 @@ def _refuse_within(scene: Scene, units: CodeUnits) -> None:
     body = characteristic(scene)
     if body.mass is None or body.radius is None:
         return
-    from astroinertia.build.companions import at_start, names  # only here: other scenes do without REBOUND
+    # Only here: other scenes do without REBOUND.
+    from astroinertia.build.companions import at_start, names
+    from astroinertia.orbits.approach import pericentres_within
 
-    places = at_start(scene, units, units.to_code(body.mass, "mass"))
+    masses, places, velocities = at_start(scene, units, units.to_code(body.mass, "mass"))
+    unit = "" if scene.dimensionless else " m"
     for name, distance in zip(names(scene, units), np.linalg.norm(places, axis=-1), strict=True):
         away = units.to_si(distance, "length")
         if away < body.radius:
-            unit = "" if scene.dimensionless else " m"
             raise SceneError(
                 f"companion {name} begins {away:.4g}{unit} from the centre of the body, which is inside it; it must "
                 f"begin farther out than the radius of the rigid body, {body.radius:.4g}{unit}."
+            )
+    radius, end = units.to_code(body.radius, "length"), units.to_code(scene.time.end, "time")
+    nearest = pericentres_within(masses, places, velocities, radius, end)
+    for name, distance in zip(names(scene, units), nearest, strict=True):
+        if np.isfinite(distance):
+            raise SceneError(
+                f"companion {name} comes within the body during the run, on an orbit whose least distance from its "
+                f"centre is {units.to_si(distance, 'length'):.4g}{unit}; it must be more than the radius of the "
+                f"rigid body, {body.radius:.4g}{unit}."
             )
 
 

@@ -57,6 +57,25 @@ def place_on_open_orbit(xp: Any, time: Any, eccentricity: Any) -> tuple[Any, Any
     return 1.0 - second, xp.where(time < 0.0, -across, across)
 
 
+def time_from_pericentre(xp: Any, distance: Any, eccentricity: Any) -> Any:
+    """Time in (q^3/M)^(1/2) between the pericentre and a distance in units of its own, q, on any conic with e > 0.
+
+    Distances that the orbit does not reach count as those of its pericentre and apocentre.
+
+    >>> print(f"{time_from_pericentre(np, np.float64(2.0), 1.0):.12f}")  # Barker's equation at a right angle
+    1.885618083164
+    """
+    e, excess = eccentricity, eccentricity - 1.0
+    half = 0.5 * xp.maximum(distance - 1.0, 0.0) / e
+    bound = xp.where(excess < 0.0, -excess, 1.0)
+    anomaly = 2.0 * xp.arcsin(xp.sqrt(xp.minimum(bound * half, 1.0)))
+    ellipse = (anomaly - e * xp.sin(anomaly)) / bound**1.5
+    opened = xp.maximum(excess, 0.0)
+    root = xp.sqrt(xp.where(opened > 0.0, opened, 1.0))
+    s = xp.where(opened > 0.0, 2.0 * xp.arcsinh(root * xp.sqrt(half)) / root, 2.0 * xp.sqrt(half))
+    return xp.where(excess < 0.0, ellipse, s + e * _stumpff_sums(xp, s, opened)[1])
+
+
 def _stumpff_sums(xp: Any, s: Any, excess: Any) -> tuple[Any, Any]:
     """s^2 c_2(-b s^2) and s^3 c_3(-b s^2): (cosh k - 1)/b and (sinh k - k)/b^1.5 with k = b^0.5 s, b >= 0."""
     argument = excess * s * s

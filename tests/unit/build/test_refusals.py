@@ -201,8 +201,16 @@ MOON = """[[companions]]
 name = "moon"
 mass = "1e10 kg"
 position = ["8 km", "6 km", "0 km"]
-velocity = ["0 m/s", "0 m/s", "2 m/s"]
+velocity = ["0 m/s", "0 m/s", "3 m/s"]
 """
+ORBIT = """[[companions]]
+name = "moon"
+mass = "1e10 kg"
+semi_major_axis = "{axis} km"
+eccentricity = 0.9
+mean_anomaly = "{anomaly} deg"
+"""
+COMES = r"companion moon comes within the body .* least distance from its centre is 3e\+04 m"
 RATIOS = 'radius = "{} km"\nmoment_ratios = [0.3, 0.35, 0.4]'
 MOMENTS = 'moments = ["{0} kg m2", "{0} kg m2", "{0} kg m2"]'  # without a radius, as of a homogeneous body
 ARCHIVE = '[orbits]\narchive = "orbits.bin"\n'
@@ -219,11 +227,33 @@ def test_a_companion_within_a_rigid_body_is_refused_before_anything(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("axis", "anomaly", "end", "refused"),
+    [
+        (300, 180, 4, ""),  # the period is 11 h
+        (300, 180, 6, COMES),
+        (300, 20, 8, ""),  # it has been there
+        (300, 20, 11, COMES),
+        (1200, 180, 200, ""),
+    ],
+)
+def test_a_companion_that_comes_within_a_rigid_body_is_refused(axis, anomaly, end, refused) -> None:
+    stated = TUMBLING.replace("1e15", "1e19").replace("1 h", f"{end} h").format(size=RATIOS.format(100))
+    stated += ORBIT.format(axis=axis, anomaly=anomaly)
+    if not refused:
+        refusals.refuse_impossible(loads(stated))
+    else:
+        with pytest.raises(SceneError, match=refused) as caught:
+            refusals.refuse_impossible(loads(stated))
+        assert "more than the radius of the rigid body, 1e+05 m." in str(caught.value)
+        assert str(caught.value).count(". ") == 0
+
+
 def test_a_companion_of_an_archive_within_a_rigid_body_is_refused(tmp_path) -> None:
     bodies = rebound.Simulation()
     bodies.units = ("kg", "km", "s")
     bodies.add(m=1e15, name="body")
-    bodies.add(m=1e10, x=10.0, name="moon")
+    bodies.add(m=1e10, x=10.0, vy=3e-3, name="moon")
     bodies.save_to_file(str(tmp_path / "orbits.bin"))
     refusals.refuse_impossible(loads((TUMBLING + ARCHIVE).format(size=RATIOS.format(9)), origin=str(tmp_path)))
     with pytest.raises(SceneError, match=r"companion moon begins 1e\+04 m"):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
+from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit, time_from_pericentre
 from tests.unit.points import at
 
 TIMES = np.concatenate([-np.logspace(-8, 6, 57), [0.0], np.logspace(-8, 6, 57)])
@@ -46,6 +46,21 @@ def test_places_are_on_the_conic_and_have_swept_the_area_of_their_time(eccentric
         time = (e * np.sinh(anomaly) - anomaly) / (e - 1.0) ** 1.5
         late = np.abs(anomaly) > 0.5
         np.testing.assert_allclose(time[late], TIMES[late], rtol=1e-12)
+
+
+def test_times_from_the_pericentre_are_those_of_the_places() -> None:
+    for e in (1.0, 1.0 + 1e-9, 1.001, 1.3, 5.0, 100.0, 1e6):
+        times = np.logspace(-1, 6, 29)
+        distance = np.hypot(*place_on_open_orbit(np, times, np.float64(e)))
+        far = distance > 1.01  # nearer the pericentre, the distance hardly says where
+        np.testing.assert_allclose(time_from_pericentre(np, distance, e)[far], times[far], rtol=1e-13)
+    for e in (1e-3, 0.5, 0.9, 0.999, 1.0 - 1e-9):
+        anomaly = np.linspace(0.5, 3.0, 9)
+        distance, times = (1.0 - e * np.cos(anomaly)) / (1.0 - e), (anomaly - e * np.sin(anomaly)) / (1.0 - e) ** 1.5
+        np.testing.assert_allclose(time_from_pericentre(np, distance, e), times, rtol=1e-11)
+        half = math.pi / (1.0 - e) ** 1.5
+        assert time_from_pericentre(np, 9.0 * distance[-1], e) == pytest.approx(half, rel=1e-12)
+        assert time_from_pericentre(np, np.float64(0.5), e) == 0.0
 
 
 @pytest.mark.full

@@ -1,0 +1,78 @@
+"""Companions that come within a body on their orbits are found, as far as that is sure, and no others."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import rebound
+
+from astroinertia.orbits import states
+from astroinertia.orbits.approach import pericentres_within
+
+RADIUS = 1.0
+
+
+def least_distance(bodies: rebound.Simulation, end: float) -> float:
+    """Of particle 1 from particle 0, by many places on the way."""
+    least = math.inf
+    for time in np.linspace(0.0, end, 401):
+        bodies.integrate(time)
+        least = min(least, float(np.linalg.norm(states.present(bodies)[0][0])))
+    return least
+
+
+def of_pericentre(bodies: rebound.Simulation) -> float:
+    body: Any = bodies.particles[0]
+    companion: Any = bodies.particles[1]
+    orbit = companion.orbit(primary=body)
+    return orbit.h**2 / (1.0 + orbit.e)
+
+
+@pytest.mark.parametrize(
+    "orbit",
+    [
+        {"a": 3.0, "e": 0.9, "f": 2.5, "inc": 0.4},
+        {"a": 3.0, "e": 0.9, "f": -2.5},
+        {"a": 3.0, "e": 0.6, "f": 2.0},  # stays outside
+        {"a": 2.0, "e": 0.0},
+        {"a": -2.0, "e": 1.3, "f": -1.8},
+        {"a": -2.0, "e": 1.3, "f": 1.8},  # goes away
+        {"a": -0.1, "e": 8.0, "f": -1.5},
+        {"x": 5.0, "vy": 0.2, "vx": -0.6},
+        {"x": 2.5},  # falls from rest
+    ],
+)
+def test_those_that_come_within_before_the_end_are_found_and_no_others(orbit: dict[str, float]) -> None:
+    for end in (1.0, 2.0, 3.0, 5.0, 15.0, 40.0):
+        bodies = rebound.Simulation()
+        bodies.add(m=0.7)
+        bodies.add(m=0.3, **orbit)
+        found = pericentres_within(states.masses(bodies), *states.present(bodies), RADIUS, end)[0]
+        nearest = of_pericentre(bodies)
+        if orbit != {"x": 2.5}:  # through the centre
+            comes = least_distance(bodies, end) < RADIUS
+        else:
+            comes = end > 2.5**1.5 / 2**0.5 * (math.acos(0.4**0.5) + (0.4 * 0.6) ** 0.5)
+        assert np.isfinite(found) == comes, end
+        if comes:
+            assert found == pytest.approx(nearest, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(("planet", "comes"), [(1e3, False), (1e-6, True)])
+def test_what_others_pull_elsewhere_is_not_found(planet: float, comes: bool) -> None:
+    """Two moons of a planet that are at rest to each other do not fall on each other; without it they do."""
+    masses, place = np.array([1.0, planet, 1e-3]), np.array([[-100.0, 0.0, 0.0], [0.0, 20.0, 0.0]])
+    velocity = np.array([[0.0, -(((1.0 + planet) / 100.0) ** 0.5), 0.0], [0.0, 0.0, 0.0]])
+    found = pericentres_within(masses, place, velocity, RADIUS, 1e4)
+    assert np.isnan(found[0]) and np.isfinite(found[1]) == comes
+
+
+def test_an_orbit_that_grazes_the_body_is_not_found() -> None:
+    for angle in np.linspace(0.0, 6.0, 25):
+        outward, along = (
+            np.array([[np.cos(angle), np.sin(angle), 0.0]]),
+            np.array([[-np.sin(angle), np.cos(angle), 0.0]]),
+        )
+        for speed in (1.0, 1.2, 2.0):
+            assert np.isnan(pericentres_within(np.array([1.0, 0.0]), outward, speed * along, RADIUS, 100.0)[0])
