@@ -18,11 +18,15 @@ from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import AstroinertiaError, SceneError
 from astroinertia.units import CodeUnits, Option, shown
 
-PARTS = tuple(
-    name
-    for parts in (ParticleParts, AffineParts, RigidParts)
-    for name, part in vars(parts).items()
-    if isinstance(part, FunctionType)
+PARTS = (
+    "breaks",
+    "during",
+    *(
+        name
+        for parts in (ParticleParts, AffineParts, RigidParts)
+        for name, part in vars(parts).items()
+        if isinstance(part, FunctionType)
+    ),
 )
 _SHAPES = {
     "torque": (3,), "relative_rotation": (3,), "impulse": (3,), "potential": (), "frequency": (),
@@ -105,6 +109,14 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     def from_options(cls, options: dict[str, Any]) -> Self:
         """The effect from its options in code units; raises ValueError, in one sentence, where they contradict."""
         return cls(**options)
+
+    def breaks(self, start: float, end: float) -> tuple[float, ...]:
+        """Times after the start, up to the end, at which it begins or ends, or an impulse comes; steps end there."""
+        return ()
+
+    def during(self, start: float, end: float) -> Self:
+        """The effect as it is between two breaks, the ends included: the same, with other numbers."""
+        return self
 
     def in_units(self, units: CodeUnits) -> Self:
         """The effect in a scene with those code units: itself, where its numbers are all that has a unit."""

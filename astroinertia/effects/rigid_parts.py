@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 
 class RigidParts:
@@ -35,14 +35,6 @@ class RigidParts:
     def frequency(self, body: Any) -> Any | None:
         """The largest angular frequency that the torque brings to a rigid body, which steps must resolve."""
         return None
-
-    def breaks(self, start: float, end: float) -> tuple[float, ...]:
-        """Times after the start, up to the end, at which a rigid body's torque begins or ends, or an impulse comes."""
-        return ()
-
-    def during(self, start: float, end: float) -> Self:
-        """The effect as it is between two breaks: the same, with other numbers."""
-        return self
 
     def impulse(self, body: Any) -> Any | None:
         """What is added to the angular momentum of a rigid body at once, (3,), at one of the breaks."""

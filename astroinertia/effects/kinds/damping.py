@@ -1,7 +1,7 @@
 """Drag towards rest or towards rigid rotation, for relaxing a body to equilibrium."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -44,6 +44,16 @@ class Damping(Effect):
         """1/tau while the damping lasts, then 0."""
         lasts = 1.0 if self.until is None else (fluid.time < self.until)
         return lasts / self.time_scale
+
+    def breaks(self, start, end):
+        """When it ends."""
+        return (self.until,) if self.until is not None and start < self.until <= end else ()
+
+    def during(self, start, end):
+        """With or without it, the ends included."""
+        if self.until is None:
+            return self
+        return replace(self, until=math.inf if 0.5 * (start + end) < self.until else 0.0)
 
     def target_rotation(self, fluid):
         """The matrix [Omega] of the rotation that velocities decay to now, (3, 3)."""

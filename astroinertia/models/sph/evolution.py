@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.sph.evaluate import effect_accelerations
+from astroinertia.models.sph.evaluate import effect_accelerations, evaluated
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
     energy_budget,
@@ -30,6 +31,7 @@ from astroinertia.observables.quantities import TIMESTEP_CRITERIA
 STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
+SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 
 IN_A_BOX: dict[str, str] = dict.fromkeys(
     ("virial_tensor", "virial_mismatch", "torque", "inertia_acceleration", "gw_strain_plus", "gw_strain_cross"),
@@ -96,23 +98,29 @@ class Particles:
         return self._split or self.steps % STEPS_BETWEEN_SORTS == 0
 
     def advance(self, until: float) -> None:
-        """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`."""
+        """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`.
+
+        It meets times at which effects begin or end, too.
+        """
         longest = self.longest
-        dt = self.begin(until, longest)
+        stop, problem = self._stretch(until)
+        dt = self.begin(stop, longest)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
                 try:
                     self.state, self.arrangement, taken = self.base_step(
-                        self.problem, self.arrangement, self.state, until, longest
+                        problem, self.arrangement, self.state, stop, longest
                     )
                 except NumericalError as error:
                     raise self._too_short(error.message) from None
                 self.note, self._split = str(taken), taken.ends > 1
                 self.evaluations += taken.evaluations
             else:
-                self.state, self.arrangement = self._step(dt)
+                self.state, self.arrangement = self._step(problem, dt)
                 self.evaluations += len(self.state.mass)
         self.check()
+        if problem is not self.problem and self.time >= stop * (1.0 - SAME_TIME):
+            self._turn(stop)
         if self.between is not None:
             self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
 
@@ -137,12 +145,29 @@ class Particles:
             self.state, self.arrangement = rearranged(self.problem, self.state, dt)
         return dt
 
-    def _step(self, dt: np.float64) -> tuple[State, Any]:
-        if hasattr(self.problem.engine, "outgrown"):
+    def _stretch(self, until: float) -> tuple[float, Problem]:
+        """Up to when, `until` at most, all effects are what they are now, and the physics up to then, ends included."""
+        now, effects = self.time, self.problem.effects
+        breaks = [time for effect in effects for time in effect.breaks(now, until * (1.0 + SAME_TIME))]
+        if not breaks:
+            return until, self.problem
+        stop = min(breaks)
+        return stop, replace(self.problem, effects=tuple(effect.during(now, stop) for effect in effects))
+
+    def _turn(self, time: float) -> None:
+        """Go from what acts before a break of the effects, with which the step to it ended, to what acts after it."""
+        xp = self.problem.engine.xp
+        state = replace(self.state, time=xp.asarray(time, dtype=float))
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            self.state = evaluated(self.problem, self.arrangement, state, xp.zeros(()))
+        self.evaluations += len(state.mass)
+
+    def _step(self, problem: Problem, dt: np.float64) -> tuple[State, Any]:
+        if hasattr(problem.engine, "outgrown"):
             from astroinertia.models.sph.listed_step import listed_step  # only here: numba lists within the step
 
-            return listed_step(self.problem, self.arrangement, self.state, dt)
-        return step(self.problem, self.arrangement, self.state, dt), self.arrangement
+            return listed_step(problem, self.arrangement, self.state, dt)
+        return step(problem, self.arrangement, self.state, dt), self.arrangement
 
     def check(self) -> None:
         """NumericalError where a step has left numbers."""

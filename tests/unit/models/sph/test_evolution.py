@@ -1,0 +1,82 @@
+"""Particles under way: steps meet the times at which effects begin and end."""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from astroinertia.effects import Effect, catalogue, pytree
+from astroinertia.models.sph import block_step
+from astroinertia.models.sph.evolution import Particles
+from tests.ball import ball, state_of
+
+END = 0.4
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Push(Effect):
+    """A uniform acceleration from one time to another."""
+
+    begin: Any
+    until: Any
+
+    kind: ClassVar[str] = "push"
+    external: ClassVar[bool] = True
+
+    def acceleration(self, xp, fluid):
+        acts = (fluid.time >= self.begin) & (fluid.time < self.until)
+        return xp.zeros_like(fluid.position) + xp.where(acts, 1.0, 0.0) * xp.asarray([1.0, 0.0, 0.0])
+
+    def breaks(self, start, end):
+        return tuple(time for time in (self.begin, self.until) if start < time <= end)
+
+    def during(self, start, end):
+        acts = self.begin < 0.5 * (start + end) < self.until
+        return replace(self, begin=-math.inf if acts else math.inf, until=math.inf)
+
+
+def moved(effect: Any, longest: float, base_step: Any, unit: float = 1.0) -> Particles:
+    """Particles that move freely but for an effect, at END, in steps of about that length; in other units of time."""
+    position = ball(60)
+    velocity = np.random.default_rng(2).normal(size=position.shape) / unit
+    problem, state, arrangement = state_of(effect, position=position, velocity=velocity - velocity.mean(axis=0))
+    problem = replace(problem, max_timestep=np.float64(longest * unit))
+    state = replace(state, rates=replace(state.rates, timestep=problem.max_timestep))
+    body = Particles(problem, state, arrangement, END * unit, base_step)
+    while body.time < body.end * (1.0 - 1e-14):
+        body.advance(body.end)
+    return body
+
+
+@pytest.mark.parametrize("base_step", [None, block_step.step])
+def test_damping_lasts_to_second_order_of_the_step_as_long_as_it_is_to_last(base_step: Any) -> None:
+    damping = catalogue.build("damping", {"time_scale": 0.3, "until": 0.22})
+    begun = moved(catalogue.build("damping", {"time_scale": 1e9}), 0.1, base_step).state
+    slowed = math.exp(-0.22 / 0.3)
+    errors = []
+    for longest in (0.034, 0.017, 0.0085):
+        now = moved(damping, longest, base_step).state
+        ratios = now.velocity[np.argsort(now.identity)] / begun.velocity[np.argsort(begun.identity)]
+        errors.append(float(np.abs(ratios - slowed).max()))
+    assert errors[0] < 1e-3
+    assert all(3.0 < a / b < 5.5 for a, b in itertools.pairwise(errors)), errors
+
+
+def test_it_ends_where_a_step_ends_in_any_unit_of_time() -> None:
+    """A step that ends just there, by rounding before or after it, has the damping to its end, and the next none."""
+    speeds = []
+    for unit in (1.0, 3.0**-0.5, 7.0**-0.5, 1.7, math.pi, 11.0**0.5):
+        damping = catalogue.build("damping", {"time_scale": 0.3 * unit, "until": 0.2 * unit})
+        speeds.append(np.linalg.norm(moved(damping, 0.02, None, unit).state.velocity, axis=1) * unit)
+    assert np.allclose(speeds, speeds[0], rtol=1e-12, atol=0.0)
+
+
+def test_an_effect_that_begins_and_ends_acts_from_one_time_to_the_other() -> None:
+    body = moved(Push(0.111, 0.333), 0.05, None)
+    gained = body.state.velocity.mean(axis=0)
+    assert np.allclose(gained, [0.222, 0.0, 0.0], rtol=0.0, atol=1e-14)
+    assert math.isclose(body.state.ledger.impulse.total[0, 0], 0.222, rel_tol=1e-13)
