@@ -81,6 +81,12 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     )
 
 
+def turned(problem: Problem, arrangement: Arrangement, state: State, time: Array) -> State:
+    """The state at a time that it has come to, with the rates of what acts from then on."""
+    xp = problem.engine.xp
+    return evaluated(problem, arrangement, replace(state, time=xp.asarray(time, dtype=float)), xp.zeros(()))
+
+
 def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Any:
     """The engine's arrangement with what the passes of one evaluation share, where an engine has them share it."""
     engine = problem.engine

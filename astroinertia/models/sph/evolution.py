@@ -11,7 +11,7 @@ from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.protocol import Figures, Record
-from astroinertia.models.sph.evaluate import effect_accelerations, evaluated
+from astroinertia.models.sph.evaluate import effect_accelerations, turned
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
     energy_budget,
@@ -103,7 +103,7 @@ class Particles:
         It meets times at which effects begin or end, too.
         """
         longest = self.longest
-        stop, problem = self._stretch(until)
+        stop, problem = self.stretch(until)
         dt = self.begin(stop, longest)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
@@ -119,7 +119,7 @@ class Particles:
                 self.state, self.arrangement = self._step(problem, dt)
                 self.evaluations += len(self.state.mass)
         self.check()
-        if problem is not self.problem and self.time >= stop * (1.0 - SAME_TIME):
+        if problem is not self.problem and self.has_met(stop):
             self._turn(stop)
         if self.between is not None:
             self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
@@ -145,22 +145,28 @@ class Particles:
             self.state, self.arrangement = rearranged(self.problem, self.state, dt)
         return dt
 
-    def _stretch(self, until: float) -> tuple[float, Problem]:
+    def breaks(self, until: float) -> set[float]:
+        """Times from now on, up to one, at which an effect begins or ends."""
+        latest = until * (1.0 + SAME_TIME)
+        return {time for effect in self.problem.effects for time in effect.breaks(self.time, latest)}
+
+    def stretch(self, until: float) -> tuple[float, Problem]:
         """Up to when, `until` at most, all effects are what they are now, and the physics up to then, ends included."""
-        now, effects = self.time, self.problem.effects
-        breaks = [time for effect in effects for time in effect.breaks(now, until * (1.0 + SAME_TIME))]
-        if not breaks:
+        stop = min(self.breaks(until), default=None)
+        if stop is None:
             return until, self.problem
-        stop = min(breaks)
-        return stop, replace(self.problem, effects=tuple(effect.during(now, stop) for effect in effects))
+        effects = tuple(effect.during(self.time, stop) for effect in self.problem.effects)
+        return stop, replace(self.problem, effects=effects)
+
+    def has_met(self, stop: float) -> bool:
+        """Whether it is that time by now."""
+        return self.time >= stop * (1.0 - SAME_TIME)
 
     def _turn(self, time: float) -> None:
         """Go from what acts before a break of the effects, with which the step to it ended, to what acts after it."""
-        xp = self.problem.engine.xp
-        state = replace(self.state, time=xp.asarray(time, dtype=float))
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            self.state = evaluated(self.problem, self.arrangement, state, xp.zeros(()))
-        self.evaluations += len(state.mass)
+            self.state = turned(self.problem, self.arrangement, self.state, time)
+        self.evaluations += len(self.state.mass)
 
     def _step(self, problem: Problem, dt: np.float64) -> tuple[State, Any]:
         if hasattr(problem.engine, "outgrown"):

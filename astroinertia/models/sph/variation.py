@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import variational
+from astroinertia.models.sph.evaluate import turned
 from astroinertia.models.sph.evolution import Particles
 from astroinertia.models.sph.limits import steps_left
 from astroinertia.models.sph.sorting import in_order
@@ -26,21 +27,28 @@ MET = 1e-14  # of a time, which is met where no more is left to it
 def advance(body: Particles, four: Sequence[Particles], step: float, until: float) -> float:
     """All of them to a time, the four by the linearised steps; how far they jump at the start (variational.slopes).
 
-    NumericalError as of Particles.advance.
+    NumericalError as of Particles.advance. ValueError where the parameter moves the beginning or end of an effect.
     """
+    breaks = body.breaks(until)
+    if any(one.breaks(until) != breaks for one in four):
+        raise ValueError("the times at which effects begin or end differ")
     with jax.enable_x64(True):
         known = body.state.identity
         beside = [(one.problem, in_order(one.state, _order(one.state.identity, known))) for one in four]
         (by_problem, along), jump = variational.slopes(beside, step)
         while body.time < until * (1.0 - MET):
             longest = body.longest
-            body.begin(until, longest)
+            stop, problem = body.stretch(until)
+            body.begin(stop, longest)
             longest = min(float(body.state.rates.timestep), longest)
             along = in_order(along, _order(known, body.state.identity))
-            known, parts = body.state.identity, steps_left(until - body.time, longest)
+            known, parts = body.state.identity, steps_left(stop - body.time, longest)
             body.state, along = _stepped(
-                (body.problem, by_problem), body.arrangement, (body.state, along), until, parts, body.free_fall_factor
+                (problem, by_problem), body.arrangement, (body.state, along), stop, parts, body.free_fall_factor
             )
+            if problem is not body.problem and body.has_met(stop):
+                both = (body.problem, by_problem), body.arrangement, (body.state, along)
+                body.state, along = _turned(*both, stop)
             body.check()
         for side, one in zip(variational.SIDES, four, strict=True):
             one.state, one.arrangement = variational.beside(body.state, along, side * step), body.arrangement
@@ -64,6 +72,16 @@ def _stepped(
 
     both = variational.pushed(stepped, (problems[0], states[0]), (problems[1], states[1]))
     return jax.tree.map(lambda array: array.astype(array.dtype), both)
+
+
+@jax.jit
+def _turned(
+    problems: tuple[Problem, Any], arrangement: Arrangement, states: tuple[State, Any], time: Array
+) -> tuple[State, Any]:
+    """A state and its derivative with what acts from that time on."""
+    return variational.pushed(
+        lambda both: turned(both[0], arrangement, both[1], time), (problems[0], states[0]), (problems[1], states[1])
+    )
 
 
 def _order(now: Array, wanted: Array) -> np.ndarray:

@@ -93,6 +93,7 @@ COLD = {
     "numerics": {"engine": "xla", "max_timestep": 0.1},
     "time": 0.3,
 }
+SETTLING = {**COLD, "effects": {"gravity": {}, "damping": {"time_scale": 0.3, "until": 0.17}}}
 GAS = {
     **STAR,
     "name": "gas",
@@ -111,6 +112,7 @@ CASES = {
     "core": (CORE, ("body.rotation.period", "body.radius")),
     "gas": (GAS, ("body.rotation.period", "equation_of_state.gamma", "body.mass", "body.pressure_fraction")),
     "cloud": (CLOUD, ("body.rotation.period", "effects.viscosity.alpha_max", "body.specific_internal_energy")),
+    "settling": (SETTLING, ("body.rotation.period", "effects.damping.time_scale")),
 }
 MIXED = {**GAS, "numerics": {"engine": "xla", "precision": "mixed"}}
 SO_MANY_STEPS = {**GAS, "time": {"end": 1.0, "max_steps": 7}}
@@ -127,7 +129,7 @@ FULL = [pytest.param(name, marks=pytest.mark.full) for name in CASES if name != 
 
 @pytest.mark.parametrize("name", [*FULL, "core"])
 def test_gradients_are_those_of_differences_of_runs(name, tmp_path):
-    """Twenty-one keys of eight scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
+    """Twenty-three keys of nine scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
     tables, by = CASES[name]
     run = members(scene(tables), by)
     ours = sensitivity(run)
