@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from astroinertia.build import companions
+from astroinertia.build import companions, sinks
 from astroinertia.build.effects import effects_of, refuse_in_turning_frame
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
@@ -205,7 +205,12 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
 def refuse_contradictions(scene: Scene) -> None:
     """SceneError where options of an effect contradict each other, or the body cannot be, before any preparation."""
     refuse_impossible(scene)
-    refuse_in_turning_frame(scene, effects_of(scene, code_units(scene)))
+    units = code_units(scene)
+    effects = effects_of(scene, units)
+    refuse_in_turning_frame(scene, effects)
+    if scene.model == "sph":
+        companions.refuse_with_particles(scene, effects)
+        sinks.refuse_before_particles(scene, units, effects)
 
 
 def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:

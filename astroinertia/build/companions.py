@@ -1,6 +1,7 @@
 """The companions of a scene: on orbits that REBOUND finds at once, or an archive holds, or acted on by the body."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -99,12 +100,9 @@ def beside(scene: Scene, units: CodeUnits, problem: Any, body: "Particles") -> "
 
     Raises SceneError where the scene contradicts itself. The body's centre of mass is put where it is to the orbits.
     """
-    effect = next((effect for effect in problem.effects if effect.kind == "companions"), None)
-    if effect is None:
-        if scene.companions or scene.orbits.archive is not None:
-            raise SceneError("[[companions]] act on particles by [effects.companions], which the scene does not list.")
+    refuse_with_particles(scene, problem.effects)
+    if (effect := _effect(problem.effects)) is None:
         return {}, body
-    _refuse_with_particles(scene, effect)
     # Only here: other scenes do without them. The exact sum of masses does not depend on their order.
     from astroinertia.rotation.on_orbits import on_orbits
 
@@ -141,7 +139,17 @@ def _live(scene: Scene, units: CodeUnits, mass: float, softening: float, xp: Any
     return points, -middle, -drift
 
 
-def _refuse_with_particles(scene: Scene, effect: Any) -> None:
+def _effect(effects: Sequence[Any]) -> Any:
+    return next((effect for effect in effects if effect.kind == "companions"), None)
+
+
+def refuse_with_particles(scene: Scene, effects: Sequence[Any]) -> None:
+    """SceneError where companions cannot be beside particles as the scene has them."""
+    effect = _effect(effects)
+    if effect is None:
+        if scene.companions or scene.orbits.archive is not None:
+            raise SceneError("[[companions]] act on particles by [effects.companions], which the scene does not list.")
+        return
     if not scene.companions and scene.orbits.archive is None:
         raise SceneError("[effects.companions] needs [[companions]] (or [orbits] archive).")
     if scene.orbits.back_reaction:

@@ -1,47 +1,71 @@
 """Sinks of a particle fluid: none at first, and what a run does about them between its steps."""
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from astroinertia.build.companions import refuse_fields
 from astroinertia.errors import SceneError
+from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import MAX_PARTICLES
+from astroinertia.units import CodeUnits
 
 
 def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
-    """The sinks beside particles of those masses, none yet; nothing in a scene that does not list them.
-
-    SceneError where the engine cannot drop particles, where something would move sinks as it moves the fluid, or where
-    particles at the density of new sinks would not fit into their radius.
-    """
-    effect = _effect(problem)
+    """The sinks beside particles of those masses, none yet; nothing in a scene that does not list them."""
+    effect = _effect(problem.effects)
     if effect is None:
         return {}
-    if problem.engine.name == "xla":
-        raise SceneError("[effects.sinks] needs the engine numba_cpu: programs of xla keep the number of particles.")
-    refuse_fields(scene, "sinks")
-    if "companions" in scene.effects and scene.effects["companions"]["motion"] == "orbit":
-        raise SceneError('[effects.sinks] can be listed with companions only if their motion is "live".')
-    reach = KERNELS[problem.kernel].support * problem.eta * (float(mass.max()) / effect.density) ** (1.0 / 3.0)
-    if reach > effect.radius:
-        raise SceneError(
-            f"[effects.sinks] radius must be at least {reach / effect.radius:.3g} times as large: "
-            "kernels reach that far at its density."
-        )
+    refuse(scene, problem.effects, float(mass.max()))
     # Only here: other scenes do without them.
     from astroinertia.models.sph.sinks import no_sinks
 
     return {effect.kind: no_sinks(effect.softening, len(mass))}
 
 
+def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None:
+    """SceneError where the engine cannot drop particles, where something would move sinks as it moves the fluid, or
+    where particles at the density of new sinks would not fit into their radius.
+
+    heaviest: the mass of the heaviest particle, in code units; None where it is not known before there are particles.
+    """
+    effect = _effect(effects)
+    if effect is None:
+        return
+    if scene.numerics.engine == "xla":
+        raise SceneError("[effects.sinks] needs the engine numba_cpu: programs of xla keep the number of particles.")
+    refuse_fields(scene, "sinks")
+    if "companions" in scene.effects and scene.effects["companions"]["motion"] == "orbit":
+        raise SceneError('[effects.sinks] can be listed with companions only if their motion is "live".')
+    if heaviest is None:
+        return
+    support, (eta, _) = KERNELS[scene.numerics.kernel].support, smoothing(scene)
+    reach = support * eta * (heaviest / effect.density) ** (1.0 / 3.0)
+    if reach > effect.radius:
+        raise SceneError(
+            f"[effects.sinks] radius must be at least {reach / effect.radius:.3g} times as large: "
+            "kernels reach that far at its density."
+        )
+
+
+def refuse_before_particles(scene: Scene, units: CodeUnits, effects: Sequence[Any]) -> None:
+    """The same, as far as it is known before there are particles: those of a sphere or star have one mass."""
+    if _effect(effects) is None:
+        return
+    bodies: Any = [alone.body for alone in scene.alone()]
+    known = [body for body in bodies if body.structure and body.mass is not None]
+    refuse(scene, effects, max((units.to_code(body.mass, "mass") / body.particles for body in known), default=None))
+
+
 def between(problem: Any) -> Any:
     """What is done between steps; None without sinks."""
-    return None if _effect(problem) is None else importlib.import_module("astroinertia.models.sph.accretion").step
+    if _effect(problem.effects) is None:
+        return None
+    return importlib.import_module("astroinertia.models.sph.accretion").step
 
 
 def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
@@ -52,5 +76,5 @@ def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
     return int(original)
 
 
-def _effect(problem: Any) -> Any:
-    return next((effect for effect in problem.effects if effect.kind == "sinks"), None)
+def _effect(effects: Sequence[Any]) -> Any:
+    return next((effect for effect in effects if effect.kind == "sinks"), None)

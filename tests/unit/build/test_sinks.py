@@ -1,0 +1,62 @@
+"""What cannot be beside sinks, or beside companions that move freely, is refused before anything is prepared."""
+
+import pytest
+
+from astroinertia.build import sph
+from astroinertia.build.assemble import refuse_contradictions
+from astroinertia.errors import SceneError
+from astroinertia.scene.load import loads
+from astroinertia.scene.plan import code_units
+
+CLOUD = """name = "cloud"
+units = "code"
+[body]
+kind = "uniform"
+particles = 100
+mass = 1.0
+radius = 1.0
+placement = "random"
+specific_internal_energy = 0.05
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 1.0
+"""
+SINKS = "[effects.sinks]\ndensity = 10.0\nradius = 0.6\n"
+MOON = '[[companions]]\nname = "moon"\nmass = 0.1\nsemi_major_axis = 8.0\n'
+LIVE = '[effects.companions]\nmotion = "live"\n' + MOON
+FRAME = "[effects.rotating_frame]\nrate = 0.1\n"
+TIDE = "[effects.tide]\nmass = 1.0\nposition = [9.0, 0.0, 0.0]\n"
+FIELD = "[effects.external_field]\nuniform = [0.0, 0.0, 1.0]\n"
+
+
+@pytest.mark.parametrize(
+    ("further", "words"),
+    [
+        (SINKS + FRAME, "rotating_frame. acts on the fluid alone, so it cannot be listed with sinks"),
+        (SINKS + TIDE, "tide. acts on the fluid alone, so it cannot be listed with sinks"),
+        (SINKS + FIELD, "external_field. acts on the fluid alone, so it cannot be listed with sinks"),
+        (SINKS + '[numerics]\nengine = "xla"\n', "needs the engine numba_cpu"),
+        (SINKS + "[effects.companions]\n" + MOON, 'only if their motion is "live"'),
+        (SINKS.replace("0.6", "0.06"), "radius must be at least .* times as large"),
+        (TIDE + LIVE, "tide. acts on the fluid alone, so it cannot be listed with live companions"),
+        (FIELD + LIVE, "external_field. acts on the fluid alone, so it cannot be listed with live companions"),
+        (MOON, "companions.. act on particles by"),
+        ("[effects.companions]\n", r"effects.companions. needs .*companions"),
+    ],
+)
+def test_what_a_run_would_refuse_is_refused_before_it_in_the_same_words(further: str, words: str) -> None:
+    scene = loads(CLOUD + further)
+    with pytest.raises(SceneError, match=words) as before:
+        refuse_contradictions(scene)
+    if "xla" not in further:  # that engine only computes in 64 bits, which this test is not in
+        with pytest.raises(SceneError) as later:
+            sph.evolution(scene, code_units(scene))
+        assert str(before.value) == str(later.value)
+
+
+@pytest.mark.parametrize("further", [SINKS, LIVE, SINKS + LIVE])
+def test_what_can_be_is_not(further: str) -> None:
+    refuse_contradictions(loads(CLOUD + further))
