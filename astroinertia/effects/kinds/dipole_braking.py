@@ -1,14 +1,15 @@
 """The torque by which a pulsar slows down."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import TURNS, Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.effects.effect import GENERATORS, moments
+from astroinertia.effects.measure import lit
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
-from astroinertia.units import LIGHT, Option, positive
+from astroinertia.units import DIMENSIONLESS, SPEED_OF_LIGHT, Option, positive
 
 
 @pytree
@@ -54,6 +55,14 @@ class DipoleBraking(Effect):
         if axis is not None and not any(axis):
             raise ValueError("the magnetic axis must not have zero length")
         return cls(**options)
+
+    def in_units(self, units):
+        """With the speed of light where its field needs one; ValueError where that has no value."""
+        if self.field is None or self.speed_of_light is not None:
+            return self
+        if units == DIMENSIONLESS:
+            raise ValueError("speed_of_light is missing, which the field of a scene in code units needs")
+        return replace(self, speed_of_light=units.to_code(SPEED_OF_LIGHT, "velocity"))
 
     @property
     def inertial(self):
@@ -111,7 +120,7 @@ def _size(body: Characteristic, options: Options) -> Found:
     assert body.moments is not None and body.spin is not None
     index = options["index"]
     if options["field"] is not None and options["radius"] is not None:
-        light = options["speed_of_light"]
+        light: Any = lit(body, options).speed_of_light
         field = 8.0 * math.pi / 3.0 * options["field"] ** 2 * options["radius"] ** 6 / light**3
         decay = field * body.spin**2 / body.moments[2]
     else:
@@ -130,7 +139,7 @@ ENTRY = Entry(
     {
         "field": positive("magnetic_field", None, "field at the magnetic equator; or give period_derivative"),
         "radius": positive("length", None, "where the field is that"),
-        "speed_of_light": positive("velocity", LIGHT, "c"),
+        "speed_of_light": positive("velocity", None, "c, which a field in code units needs; else that of light"),
         "magnetic_axis": Option(
             "dimensionless", None, "in body axes; at right angles to the spin without it", shape=(3,),
             models=("rigid", "scaling"),

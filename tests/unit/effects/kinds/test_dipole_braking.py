@@ -7,11 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from astroinertia.build.effects import effects_of
 from astroinertia.effects import catalogue
+from astroinertia.errors import SceneError
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
 from astroinertia.rotation.braking import Braking
+from astroinertia.scene import load
+from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph.placement import isotropised
+from astroinertia.units import SPEED_OF_LIGHT
 from tests.ball import ball, state_of
 
 AXIS = np.array([2.0, -1.0, 2.0]) / 3.0
@@ -100,3 +105,25 @@ def test_a_body_at_rest_is_not_braked() -> None:
     options = {"speed_of_light": 1.0, "period": 1.0, "period_derivative": 1.0}
     _, state, _ = state_of(catalogue.build("dipole_braking", options), position=position, velocity=0.0 * position)
     assert not state.rates.acceleration[0].any()
+
+
+def pulsar(options: str, units: str = "") -> Any:
+    quantities = ("1.0", "1.0", "6.0", "5.0") if units else ('"1.4 Msun"', '"12 km"', '"33 ms"', '"100 yr"')
+    mass, radius, period, end = quantities
+    return load.loads(
+        f'name = "pulsar"\nmodel = "scaling"\n{units}\n[body]\nkind = "polytrope"\nindex = 1.0\nmass = {mass}\n'
+        f"radius = {radius}\nrotation = {{ period = {period} }}\n"
+        f"[effects.dipole_braking]\n{options}\n[time]\nend = {end}\n"
+    )
+
+
+def test_a_period_that_grows_needs_no_speed_of_light_and_a_field_does() -> None:
+    growing, field, code = "period = 6.0\nperiod_derivative = 0.1", "field = 0.01\nradius = 1.0", 'units = "code"'
+    (effect,) = effects_of(scene := pulsar(growing, code), code_units(scene))
+    assert effect.speed_of_light is None and "dipole_braking" in plan(scene).text()
+    with pytest.raises(SceneError, match=r"dipole_braking\] speed_of_light is missing, which the field"):
+        effects_of(scene := pulsar(field, code), code_units(scene))
+    (effect,) = effects_of(scene := pulsar(field + "\nspeed_of_light = 9.0", code), code_units(scene))
+    assert effect.speed_of_light == 9.0
+    (effect,) = effects_of(scene := pulsar('field = "1e12 G"\nradius = "12 km"'), code_units(scene))
+    assert code_units(scene).to_si(effect.speed_of_light, "velocity") == pytest.approx(SPEED_OF_LIGHT, rel=1e-15)
