@@ -53,6 +53,10 @@ class Ellipsoid:
         self._way = adaptive.Way()
         self._note_inertia()
 
+    def breaks(self, until: float) -> set[float]:
+        """Times from now on, up to one, at which an effect begins or ends."""
+        return {float(time) for effect in self.problem.effects for time in effect.breaks(self.time, until)}
+
     def advance(self, until: float) -> None:
         """To `until`, or as far as so many steps go.
 

@@ -19,8 +19,11 @@ Array = Any
 def advance(body: Ellipsoid, four: Sequence[Ellipsoid], step: float, until: float) -> float:
     """All of them to a time, the four by the linearised equations; how far they jump at the start (variational.slopes).
 
-    NumericalError as of Ellipsoid.advance.
+    NumericalError as of Ellipsoid.advance. ValueError where the parameter moves the beginning or end of an effect.
     """
+    breaks = body.breaks(until)
+    if any(one.breaks(until) != breaks for one in four):
+        raise ValueError("the times at which effects begin or end differ")
     problem = body.problem
 
     def inputs(one: Ellipsoid) -> tuple[Any, Any]:

@@ -259,3 +259,9 @@ def test_a_key_that_moves_the_time_of_a_torque_is_refused():
     tables = {**TOP, "effects": {"constant_torque": {"vector": ["1 N m", "0 N m", "0 N m"], "begin": "0.05 s"}}}
     with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which torques begin"):
         astroinertia.gradient(tables, of="angular_velocity.z", by=["effects.constant_torque.begin"])
+
+
+def test_a_key_that_moves_the_end_of_an_effect_is_refused():
+    tables = {**STAR, "effects": {"gravity": {}, "pressure": {}, "damping": {"time_scale": 0.3, "until": 0.2}}}
+    with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which effects begin or end"):
+        astroinertia.gradient(tables, of="angular_momentum.z", by=["effects.damping.until"])
