@@ -3,6 +3,7 @@
 Tests: tests/unit/dataset/test_accessor.py.
 """
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,17 @@ def in_seconds(series: Any) -> Any:
     if times.dtype.kind == "m":
         seconds = times.copy(data=times.values / np.timedelta64(1, "s"))
         return series.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
-    if (stated := str(times.attrs.get("units", "1"))) not in ("1", "s", "seconds"):
+    if _is_unit_but_of_seconds(stated := str(times.attrs.get("units", "1"))):
         raise ValueError(f"the times are in {shown(stated)}; the accessor takes seconds or timedelta64")
     return series
+
+
+def _is_unit_but_of_seconds(stated: str) -> bool:
+    if stated in ("1", "s", "seconds"):
+        return False
+    with suppress(ValueError, TypeError):
+        return bool(astropy_quantity(1.0, stated) != astropy_quantity(1.0, "s"))
+    return False  # no unit at all
 
 
 def with_labels(series: xr.DataArray, dim: str, labels: xr.DataArray) -> xr.DataArray:

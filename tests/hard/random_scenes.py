@@ -21,6 +21,7 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from astroinertia.build.effects import effects_of
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import SceneError
 from astroinertia.scene import bodies, load, scales, schema
@@ -154,7 +155,9 @@ class _Drawn:
         if max(len(line.encode()) for line in text.split("\n")) > LONGEST_LINE:
             return None
         try:
-            load.loads(text)
+            scene = load.loads(text)
+            if self.chance.random() > SELDOM:  # else its effects may contradict each other
+                effects_of(scene, scales.code_units(scene))
         except SceneError:
             return None
         except Exception:  # what the loader itself falls over is found by whoever gives the scene to it
