@@ -1,12 +1,14 @@
 """Gravitational radiation reaction on particles: what it takes, against the quadrupole formula and the decay by it."""
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
+from astroinertia.effects.kinds.radiation_reaction import Waves
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.models.sph.step import step
 from astroinertia.sph.placement import isotropised
@@ -114,6 +116,14 @@ def test_an_inspiral_loses_what_its_frequency_asks_for_now() -> None:
     lost = float(state.ledger.work.total[1])
     assert last < 0.957 * distance
     assert lost == pytest.approx(0.125 / distance - 0.125 / last, rel=0.035)
+
+
+def test_what_changes_faster_than_any_wave_is_not_taken_for_one_that_goes_on() -> None:
+    """In a collapse with a bounce the ratio of the means grew a thousandfold, and steps fell to nothing."""
+    none, now = np.zeros((3, 3)), np.zeros(())
+    waves = Waves(now, now, none, none, np.ones(2), np.array([1e3, 1.0]), now)
+    assert waves.frequency_to_the_fourth(np) == 2e3
+    assert replace(waves, third_square=np.array([3.0, 4.0])).frequency_to_the_fourth(np) == 2.25
 
 
 @pytest.mark.full

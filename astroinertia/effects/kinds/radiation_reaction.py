@@ -11,6 +11,7 @@ from astroinertia.units import LIGHT, positive
 
 PERIODS = 2.0  # of the waves, that their frequency is averaged over
 UNSEEN = 3.0  # steps before the first third derivative
+FASTEST = 2.0  # factor of omega^4 in that time: an inspiral's; what changes faster, as in a collapse, has no frequency
 
 
 @pytree
@@ -41,11 +42,13 @@ class Waves:
     def frequency_to_the_fourth(self, xp):
         """<|d3Q/dt3|^2> / <|dQ/dt|^2>: omega^4 of a wave of one frequency, as it is now.
 
-        A running mean is that of some time ago, and one of it of as long before: from their ratio what it is now.
+        A running mean is that of some time ago, and one of it of as long before: from their ratio what it is now, where
+        it has not changed by more than FASTEST.
         """
         moving = xp.min(self.first_square) > 0.0
         once, twice = xp.where(moving, self.third_square / xp.where(moving, self.first_square, 1.0), 0.0)
-        return xp.where(twice > 0.0, once * once / xp.where(twice > 0.0, twice, 1.0), once)
+        growth = once / xp.where(twice > 0.0, twice, xp.where(once > 0.0, once, 1.0))
+        return once * xp.minimum(growth, FASTEST)
 
 
 def averaged(xp, means, value, share):
