@@ -43,7 +43,8 @@ class Waves:
         """<|d3Q/dt3|^2> / <|dQ/dt|^2>: omega^4 of a wave of one frequency, as it is now.
 
         A running mean is that of some time ago, and one of it of as long before: from their ratio what it is now, where
-        it has not changed by more than FASTEST.
+        it has not changed by more than FASTEST. In logarithms this is Brown's double exponential smoothing (Brown 1963,
+        Smoothing, Forecasting and Prediction of Discrete Time Series).
         """
         moving = xp.min(self.first_square) > 0.0
         once, twice = xp.where(moving, self.third_square / xp.where(moving, self.first_square, 1.0), 0.0)
@@ -72,10 +73,10 @@ class RadiationReaction(Effect):
 
     Particles: five derivatives of sums over particles are noise, and what they feed back runs away. Waves of one
     frequency have d5Q/dt5 = omega^4 dQ/dt, and dQ/dt is a sum over places and velocities; omega^4 is the ratio of the
-    means of |d3Q/dt3|^2 and |dQ/dt|^2 over two periods. That takes the energy of the quadrupole formula in the mean of
-    any motion, and never gives any; it takes the angular momentum of that formula from a figure that turns, a bar or
-    bodies on a circle, of which all waves have one frequency. On an eccentric orbit the loss of angular momentum is
-    that of its mean frequency.
+    means of |d3Q/dt3|^2 and |dQ/dt|^2 over two periods, less their lag (waves of a frequency that rises). That takes
+    the energy of the quadrupole formula in the mean of any motion, and never gives any; it takes the angular momentum
+    of that formula from a figure that turns, a bar or bodies on a circle, of which all waves have one frequency. On an
+    eccentric orbit the loss of angular momentum is that of its mean frequency.
     """
 
     speed_of_light: Any
