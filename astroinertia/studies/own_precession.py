@@ -11,10 +11,11 @@ mean orbit and of the body's orbit in one plane, at angles theta, phi and 0 from
     L Omega sin(phi) = B cos(phi) sin(phi) - A cos(theta - phi) sin(theta - phi)
                        - sum over other moons of D cos(phi' - phi) sin(phi' - phi)        for each moon,
 
-A = (3/2) (C - A) G m/(a^3 (1 - e^2)^(3/2)), B = (3/4) m a^2 G M_0/(a_0^3 (1 - e_0^2)^(3/2)), L = m a^2 n, and D of two
-moons as B, of the outer one on the inner, times b_(3/2)^(1)(r)/(3 r) for the ratio r of their axes, by which two rings
-in nearly one plane turn each other more strongly than far ones (Murray & Dermott 1999, Solar System Dynamics, (7.11)).
-Averages over orbits and over the nodes of inclined ones.
+A = (3/2) (C - A) G m/(a^3 (1 - e^2)^(3/2)), B = (3/4) m a^2 (1 + 3 e^2/2) G M_0/(a_0^3 (1 - e_0^2)^(3/2)),
+L = m a^2 n (1 - e^2)^(1/2), and D of two moons as B, of the outer one on the inner, times b_(3/2)^(1)(r)/(3 r) for the
+ratio r of their axes, by which two rings in nearly one plane turn each other more strongly than far ones (Murray &
+Dermott 1999, Solar System Dynamics, (7.11)).
+Averages over orbits, over the nodes of inclined ones and over the pericentres of eccentric moons.
 Tests: tests/unit/studies/test_own_precession.py.
 """
 
@@ -55,6 +56,11 @@ class _Orbit(NamedTuple):
         """G m/(a^3 (1 - e^2)^(3/2)), and what is kept of it."""
         whole = GRAVITATIONAL_CONSTANT * self.mass / self.semi_major_axis**3 / (1 - self.eccentricity**2) ** 1.5
         return whole * self.kept
+
+    @property
+    def spread(self) -> float:
+        """m a^2 (1 + 3 e^2/2): m r^2 averaged over the orbit, on which others act; and what is kept of it."""
+        return self.mass * self.semi_major_axis**2 * (1.0 + 1.5 * self.eccentricity**2) * self.kept
 
 
 def precession_of(
@@ -215,10 +221,9 @@ def _mean_plane(
     planes: Mapping[str, float], mass: float,
 ) -> float:  # fmt: skip
     """phi: the angle of a moon's mean orbit from the body's own, where those of the others are as they are."""
-    ring = moon.mass * moon.semi_major_axis**2
-    size = ring * moon.kept
+    parameter = moon.semi_major_axis * (1.0 - moon.eccentricity**2)
     # Along the pole of the mean plane, about which the node turns: against it for a moon that goes backwards.
-    momentum = ring * math.sqrt(GRAVITATIONAL_CONSTANT * (mass + moon.mass) / moon.semi_major_axis**3)
+    momentum = moon.mass * math.sqrt(GRAVITATIONAL_CONSTANT * (mass + moon.mass) * parameter)
     momentum *= math.cos(moon.inclination)
     others = [
         (_ring(*sorted((moon, other), key=lambda orbit: orbit.semi_major_axis)), planes[other.name])
@@ -227,7 +232,7 @@ def _mean_plane(
     ]
 
     def left(phi: float) -> float:
-        turned = 0.375 * size * pull * math.sin(2.0 * phi) - 0.5 * bulge * math.sin(2.0 * (theta - phi))
+        turned = 0.375 * moon.spread * pull * math.sin(2.0 * phi) - 0.5 * bulge * math.sin(2.0 * (theta - phi))
         turned -= sum(0.5 * strength * math.sin(2.0 * (plane - phi)) for strength, plane in others)
         return turned - momentum * rate * math.sin(phi)
 
@@ -249,7 +254,7 @@ def _ring(inner: _Orbit, outer: _Orbit) -> float:
         raise SceneError(
             f"precession_of: the orbits of {shown(inner.name)} and {shown(outer.name)} are too near each other"
         ) from None
-    return 0.75 * inner.mass * inner.semi_major_axis**2 * inner.kept * outer.tide * nearness
+    return 0.75 * inner.spread * outer.tide * nearness
 
 
 def _orbit(number: int, companion: Mapping[str, Any], mass: float) -> _Orbit:

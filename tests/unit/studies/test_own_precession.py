@@ -175,6 +175,26 @@ def test_near_moons_add_to_the_flattening_as_goldreich_says():
     assert arcseconds(together) < 0
 
 
+def test_an_eccentric_near_moon_turns_with_its_planet():
+    """The angular momentum of spin and orbit and the Sun's torque on both, summed over the points of the ellipse."""
+    mass, moon, a, e, theta = 5.97e24, 7.35e22, 6e7, 0.4, np.radians(25.0)
+    sun = {"name": "Sun", "mass": "1 Msun", "semi_major_axis": "1 au"}
+    near = {"name": "Moon", "mass": moon, "semi_major_axis": a, "eccentricity": e}
+    found = precession_of(mass, 6.378e6, 4e-3, "12 h", theta, [sun, near], 0.33)
+    u = 2 * np.pi * np.arange(256) / 256
+    x, y, slow = a * (np.cos(u) - e), a * np.sqrt(1 - e**2) * np.sin(u), 1 - e * np.cos(u)
+    spread = moon * np.mean((x**2 + y**2) * slow)
+    # x dy/dt - y dx/dt, the same at each of the points.
+    motion = np.sqrt(GRAVITATIONAL_CONSTANT * (mass + moon) / a**3) / slow
+    kept = moon * np.mean((x * a * np.sqrt(1 - e**2) * np.cos(u) + y * a * np.sin(u)) * motion)
+    plane = theta - float(found.tilt.sel(companion="Moon"))
+    tide = GRAVITATIONAL_CONSTANT * quantity("1 Msun", "mass") / AU**3
+    bulge, spin = 4e-3 * mass * 6.378e6**2, 0.33 * mass * 6.378e6**2 * 2 * np.pi / 43200.0
+    torque = 0.75 * tide * (bulge * np.sin(2 * theta) + 0.5 * spread * np.sin(2 * plane))
+    rate = torque / (spin * np.sin(theta) + kept * np.sin(plane))
+    assert float(found.total_rate - found.relativity) == pytest.approx(rate, rel=1e-9)
+
+
 def test_a_body_upside_down_goes_forwards_at_the_same_rate():
     rates = [
         float(planet("Earth", 0.3307, [SUN, MOON], obliquity=f"{angle} deg").precession_rate.sum())
