@@ -29,7 +29,7 @@ import xarray as xr
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.roots import root_between
-from astroinertia.rotation.precession import geodesic_precession, node_nutation
+from astroinertia.rotation.precession import geodetic_precession_of_binary, node_nutation
 from astroinertia.rotation.secular_orbits import laplace_coefficient
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
 
@@ -129,8 +129,9 @@ def precession_of(
         for orbit in orbits
     ]
     heaviest = max(orbits, key=lambda orbit: orbit.mass)
-    parameter = GRAVITATIONAL_CONSTANT * (heaviest.mass + m)
-    relative = -float(geodesic_precession(parameter, heaviest.semi_major_axis, heaviest.eccentricity)) if outer else 0.0
+    own, other = GRAVITATIONAL_CONSTANT * m, GRAVITATIONAL_CONSTANT * heaviest.mass
+    turn = 2.0 * math.pi * math.sqrt(heaviest.semi_major_axis**3 / (own + other))
+    relative = -float(geodetic_precession_of_binary(turn, own, other, heaviest.eccentricity))
     total = backwards * common + relative
     back = "rate at which the equator's node goes back"
     longitudes, obliquities = zip(*swings, strict=True)
@@ -146,7 +147,7 @@ def precession_of(
     of_all = {
         "dynamical_ellipticity": (bulge / (1.5 * polar), "1", "(C - A)/C"),
         "moment_ratio": (polar / (m * r**2), "1", "C/(M R^2), R as that of J2"),
-        "relativity": (relative, "rad s-1", "geodesic precession (de Sitter 1916)"),
+        "relativity": (relative, "rad s-1", "geodesic precession (Barker & O'Connell 1975)"),
         "total_rate": (total, "rad s-1", back),
         "total_period": (2.0 * math.pi / abs(total) if total else math.inf, "s", "its period"),
     }

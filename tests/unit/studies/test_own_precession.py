@@ -195,6 +195,14 @@ def test_an_eccentric_near_moon_turns_with_its_planet():
     assert float(found.total_rate - found.relativity) == pytest.approx(rate, rel=1e-9)
 
 
+@pytest.mark.parametrize(("own", "other", "published"), [(1.249, 1.338, 5.0734), (1.338, 1.249, 360 / 75)])
+def test_relativity_turns_each_pulsar_of_a_binary_by_both_masses(own, other, published):
+    """PSR J0737-3039, degrees a year: B (Breton et al. 2008, Science 321, 104), A in 75 years (Lyne et al. 2004)."""
+    star = {"name": "star", "mass": f"{other} Msun", "period": "8834.5 s", "eccentricity": 0.0878}
+    found = precession_of(f"{own} Msun", "12 km", 0.0, "2.77 s", "50 deg", [star], 0.35)
+    assert -np.degrees(float(found.relativity)) * 3.15576e7 == pytest.approx(published, rel=7e-3)
+
+
 def test_a_body_upside_down_goes_forwards_at_the_same_rate():
     rates = [
         float(planet("Earth", 0.3307, [SUN, MOON], obliquity=f"{angle} deg").precession_rate.sum())
