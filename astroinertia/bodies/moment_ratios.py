@@ -82,8 +82,12 @@ def polar_from_precession(j2: Array, dynamical_ellipticity: Array) -> Array:
 def volumetric_radius(first: Array, second: Array, third: Array) -> Array:
     """Return (a b c)^(1/3), the radius of the sphere with the volume of the ellipsoid of these semi-axes.
 
+    ValueError where one of them is negative.
+
     >>> print(f"{volumetric_radius(1.0, 2.0, 4.0):.6f}")
     2.000000
     """
+    if any(np.any(np.asarray(axis) < 0) for axis in (first, second, third) if is_known(axis)):
+        raise ValueError("semi-axes must not be negative")
     xp = namespace(first, second, third)
     return xp.cbrt(1.0 * xp.asarray(first) * second * third)  # 1.0: products of whole numbers overflow

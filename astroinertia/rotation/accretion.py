@@ -56,6 +56,7 @@ def corotation_radius(period: Array, mass: Array = MASS) -> Array:
     >>> print(f"{corotation_radius(1.0) / 1e3:.0f} km")  # where an orbit takes a second
     1676 km
     """
+    require_positive(mass=mass)
     return (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (positive_period(period) / (2 * math.pi)) ** 2) ** (1 / 3)
 
 
@@ -176,6 +177,7 @@ def spin_up_line(
     9.2e-18
     """
     rate = eddington_rate(radius) if accretion_rate is None else accretion_rate
+    require_positive(accretion_rate=rate, mass=mass, radius=radius)
     period = positive_period(period)
     edge = (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (period * fastness / (2 * math.pi)) ** 2) ** (1 / 3)
     flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(rate) ** 2

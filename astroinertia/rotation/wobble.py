@@ -133,6 +133,7 @@ def quality(frequency: Array) -> Array:
     >>> print(quality(1.0 + 0.01j))  # Re/(2 Im)
     50.0
     """
+    frequency = np.asarray(frequency)
     with np.errstate(divide="ignore"):
         return np.real(frequency) / (2 * np.imag(frequency))
 

@@ -147,6 +147,8 @@ def test_conversions_are_traced_by_jax_and_whole_numbers_do_not_overflow():
         assert jax.grad(ratio, 2)(*earth) == pytest.approx(2 / 3 * ratio(*earth) / whole[0], rel=1e-12)
     # WGS84, 6371000.790 m, with its polar radius cut by 0.314 m.
     assert moment_ratios.volumetric_radius(whole[0], *whole) == pytest.approx(6371000.685, abs=1e-3)
+    with pytest.raises(ValueError, match="semi-axes must not be negative"):
+        moment_ratios.volumetric_radius(-1.0, 2.0, 3.0)
 
 
 def test_names_are_found_in_any_case_and_unknown_ones_are_reported():

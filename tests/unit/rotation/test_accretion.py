@@ -72,5 +72,9 @@ def test_stars_that_take_nothing_in_are_refused_by_name(name):
     for function in (accretion.magnetospheric_radius, accretion.equilibrium_period, accretion.accretion_torque):
         with pytest.raises(ValueError, match=f"^{name} must be positive and finite, not -1"):
             function(**star)
+    with pytest.raises(ValueError, match=f"^{name} must be positive and finite, not -1"):
+        accretion.spin_up_line(0.005, **{key: value for key, value in star.items() if key != "field"})
+    with pytest.raises(ValueError, match="mass must be positive and finite, not -1"):
+        accretion.corotation_radius(1.0, -1.0)
     with pytest.raises(ValueError, match="radius must be positive"):
         accretion.eddington_rate(0.0)

@@ -131,6 +131,7 @@ def test_the_wobble_under_any_excitation():
 def test_the_free_wobble_decays_by_its_quality_and_a_forced_one_does_not():
     frequency = 2 * np.pi / 433 * (1 + 1j / 160)
     assert wobble.quality(frequency) == pytest.approx(80.0, rel=1e-13)
+    assert wobble.quality(1.0 + 0j) == wobble.quality(1.0) == np.inf
     end = 433 * 80 / np.pi * np.array([0.0, 1.0])
     assert abs(wobble.wobble(end, frequency, 1.0)[1]) == pytest.approx(np.exp(-1), rel=1e-12)
     np.testing.assert_allclose(
