@@ -168,7 +168,10 @@ def moment_ratio_from_obliquity(
     torque = mean_motion / p * np.sin(obliquity) * _locked_strength(j2, c22, eccentricity, p, primary_share)(obliquity)
     turning = -node_rate * np.sin(obliquity - inclination)
     if turning == 0 or torque / turning <= 0:
-        raise ValueError("no C/(M R^2) lets a body of this figure stand in a Cassini state at this obliquity")
+        raise ValueError(
+            "no C/(M R^2) lets a body of this figure stand in a Cassini state at this obliquity, which has a sign: "
+            "above 0 towards the pole and beyond (the Moon), below 0 on the other side of the normal (Mercury)"
+        )
     return float(torque / turning)
 
 
