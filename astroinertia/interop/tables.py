@@ -46,14 +46,18 @@ def write_series(dataset: xr.Dataset, path: Path) -> None:
 def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
     """Header and values (time,) of every column; quantities and components that are NaN throughout have none.
 
-    In a sweep a column says what its member has: `density_max_body.radius=1500000.0 m [kg m-3]`.
+    In a sweep a column says what its member has: `density_max_body.radius=1500000.0 m [kg m-3]`. Where members have a
+    number only, as in a sample, columns that are the same at all times have its values: `body_radius_member=0 [m]`.
 
     >>> print(next(iter(series_columns(ds)))[0])
     time [s]
     """
-    for name in ("time", *dataset.data_vars):
+    of_members = _of_members(dataset)
+    for name in ("time", *of_members, *dataset.data_vars):
         variable = dataset[name]
-        if "time" not in variable.dims or variable.dtype.kind not in "fiub":
+        if name in of_members:
+            variable = variable.expand_dims(time=dataset.sizes["time"])
+        elif "time" not in variable.dims or variable.dtype.kind not in "fiub":
             continue
         variable = variable.transpose("time", ...)
         others = [_labels(dataset, str(dim)) for dim in variable.dims[1:]]
@@ -80,6 +84,15 @@ def write_particles(snapshot: Snapshot, path: Path) -> None:
     heads = [f"{column}{units[name]}" for name, columns in held.items() for column in columns]
     numbers = np.column_stack([snapshot.arrays[name] for name in held])
     _write(path, comments, heads, numbers.tolist())
+
+
+def _of_members(dataset: xr.Dataset) -> list[str]:
+    """What members along a dimension have, where that is not what labels the dimension."""
+    return [
+        str(name)
+        for name, values in dataset.coords.items()
+        if name not in (*values.dims, "member", "failure") and values.dims and set(values.dims) <= {*swept(dataset)}
+    ]
 
 
 def _labels(dataset: xr.Dataset, dim: str) -> list[str]:

@@ -284,6 +284,19 @@ def test_columns_of_a_sweep_say_what_each_member_has():
     assert "inertia_tensor_body.radius=1500000.0 m_0_2 [kg m2]" in columns
 
 
+def test_columns_of_a_sample_have_the_values_of_each_member():
+    tensor = xr.DataArray(np.ones((2, 3, 3, 3)), dims=("member", "time", "i", "j"), attrs={"units": "kg m2"})
+    sample = xr.Dataset({"inertia_tensor": tensor}).assign_coords(
+        time=("time", np.arange(3.0), {"units": "s"}), member=[0, 1], failure=("member", ["", ""]),
+        body_radius=("member", [1.5e6, 2e6], {"units": "m"}), model=("member", ["sph", "rigid"]),
+    )  # fmt: skip
+    columns = dict(series_columns(sample))
+    assert list(columns)[:3] == ["time [s]", "body_radius_member=0 [m]", "body_radius_member=1 [m]"]
+    np.testing.assert_array_equal(columns["body_radius_member=1 [m]"], [2e6, 2e6, 2e6])
+    assert columns["model_member=1 [1]"].tolist() == ["rigid"] * 3
+    assert not any(name.startswith("failure") for name in columns)
+
+
 def test_zarr_holds_the_whole_tree(run, tmp_path):
     pytest.importorskip("zarr", reason="needs the extra zarr")
     (path,) = export(run, "zarr", output=tmp_path / "run.zarr")
