@@ -23,6 +23,9 @@ VECTORS = {"position": ("x", "y", "z"), "velocity": ("vx", "vy", "vz")}
 _SAID = re.compile(r"(?:^-? *|[{,] *)(name|unit): *['\"]?([^,}'\"]{1,40})")
 _OF_ASTROPY = ".__table_column_meta__"  # the dataset of such lines beside a structured one
 _MASK = ".mask"  # what astropy adds to the name of a field for that which says of what rows it is masked
+# What netCDF says of numbers, also in files of its older versions, which have no _NCProperties.
+_OF_NETCDF = {"_FillValue", "_Unsigned", "add_offset", "missing_value", "scale_factor"}
+_OF_NETCDF |= {"valid_max", "valid_min", "valid_range"}
 _MOST_MEMBERS = 1000  # names that are looked at in a group
 _MOST_BYTES = 2**20  # of what says units
 Member = tuple[Any, str | None]
@@ -46,13 +49,18 @@ def hdf5_columns(
             if inside and columns:
                 raise SceneError(f"{name} has columns in more than one group")
             columns = columns or inside
+        for column, (dataset, _) in columns.items():
+            if {"scale_factor", "add_offset"}.intersection(dataset.attrs):
+                raise SceneError(f"{name}: {column} is packed (scale_factor, add_offset), not plain numbers")
         return split_vectors(name, numbers(path, name, columns, most)), split_units(_units(h5py, name, columns))
 
 
 def is_netcdf(path: Path, names: tuple[str, ...], what: str) -> bool:
     """Whether a file was written as netCDF, with columns at its root: packed numbers and labels are stated there."""
     with opened(path, f"{what} {path}") as (h5py, file):
-        return "_NCProperties" in file.attrs and bool(members(h5py, f"{what} {path}", file, (*names, *VECTORS)))
+        columns = members(h5py, f"{what} {path}", file, (*names, *VECTORS))
+        said = (_OF_NETCDF.intersection(dataset.attrs) for dataset, field in columns.values() if field is None)
+        return bool(columns) and ("_NCProperties" in file.attrs or any(said))
 
 
 @contextmanager

@@ -205,6 +205,28 @@ def test_what_netcdf_has_written_is_read_so_whatever_its_ending(tmp_path, suffix
         read_table((tmp_path / "q.nc").rename(tmp_path / f"q.{suffix}"))
 
 
+def test_packed_numbers_are_known_without_the_mark_that_newer_netcdf_leaves(tmp_path):
+    data = xr.Dataset({name: ("particle", VALUES[:, k]) for k, name in enumerate(("mass", "x", "y", "z"))})
+    packed = {"mass": {"dtype": "int32", "scale_factor": 1e-8, "_FillValue": -9}}
+    data.to_netcdf(tmp_path / "p.h5", encoding=packed, engine="netcdf4")
+    with h5py.File(tmp_path / "p.h5", "a") as file:
+        del file.attrs["_NCProperties"]
+    np.testing.assert_allclose(read_table(tmp_path / "p.h5").mass, VALUES[:, 0], atol=1e-8)
+    data.to_netcdf(tmp_path / "q.h5", group="stars", encoding=packed, engine="netcdf4")
+    with pytest.raises(SceneError, match="mass is packed"):
+        read_table(tmp_path / "q.h5")
+
+
+def test_scales_of_dimensions_make_no_netcdf_of_a_file(tmp_path):
+    with h5py.File(tmp_path / "p.h5", "w") as file:
+        file["number"] = np.arange(len(VALUES))
+        file["number"].make_scale("particle")
+        file["mass"], file["position"] = VALUES[:, 0], VALUES[:, 1:4]
+        for name in ("mass", "position"):
+            file[name].dims[0].attach_scale(file["number"])
+    np.testing.assert_array_equal(read_table(tmp_path / "p.h5").position, VALUES[:, 1:4])
+
+
 def test_a_table_of_astropy_has_the_units_that_stand_beside_it(tmp_path):
     table = QTable({"mass": VALUES[:, 0] * u.Msun, "position": VALUES[:, 1:4] * u.km})
     table.write(tmp_path / "p.h5", path="particles", serialize_meta=True)
