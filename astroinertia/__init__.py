@@ -278,9 +278,16 @@ def _path(name: str, value: Any, what: str = "a folder") -> Path:
         from astroinertia.errors import SceneError
 
         raise SceneError(f"{name} must be the path of {what}, and {value!r:.60} is none.")
+    path = Path(value)
     with suppress(RuntimeError):  # where ~ is nobody's home
-        return Path(value).expanduser()
-    return Path(value)
+        path = path.expanduser()
+    try:
+        path.exists()
+    except OSError as error:
+        from astroinertia.errors import SceneError
+
+        raise SceneError(f"{name} {value!r:.60} cannot be looked at: {error.strerror or error}.") from None
+    return path
 
 
 def _refuse_of_one_run(callback: Any, every: Any) -> None:

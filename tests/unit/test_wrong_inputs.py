@@ -155,6 +155,7 @@ WRONG: dict[str, tuple[Any, str]] = {
     "a branch heard by text": (lambda folder: astroinertia.branch("run", folder / "b", listener="me"), "listener"),  # pyright: ignore[reportArgumentType]
     "workers that resume": (lambda folder: astroinertia.resume(folder, workers="two"), "workers"),  # pyright: ignore[reportArgumentType]
     # results
+    "a name that no file can have": (lambda _: astroinertia.open("x" * 300), "cannot be looked at"),
     "a number to open": (lambda _: astroinertia.open(3), "path"),  # pyright: ignore[reportArgumentType]
     "a tree of a number": (lambda _: astroinertia.open_tree(3), "path"),  # pyright: ignore[reportArgumentType]
     "a sweep of a number": (lambda _: astroinertia.open_sweep(3), "path"),  # pyright: ignore[reportArgumentType]
