@@ -1,5 +1,6 @@
 """Several runs beside each other: one scene answered by several models, or one model at several costs."""
 
+import difflib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -108,7 +109,12 @@ def compared(datasets: Sequence[xr.Dataset], names: Sequence[str] = (), finest: 
     comparisons = [_compared(datasets, name, finest) for name in names or USUAL]
     missing = [name for name, one in zip(names, comparisons, strict=False) if one is None]
     if missing:
-        raise ValueError(f"no two of the runs have the quantity '{missing[0]}', or the one compared with lacks it")
+        known = {*_DERIVED, *(str(name) for data in datasets for name in data.data_vars if "time" in data[name].dims)}
+        close = [] if missing[0] in known else difflib.get_close_matches(missing[0], sorted(known), n=1)
+        raise ValueError(
+            f"no two of the runs have the quantity '{missing[0]}', or the one compared with lacks it or it is 0 in all"
+            + "".join(f"; did you mean '{name}'?" for name in close)
+        )
     kept = [one for one in comparisons if one is not None]
     if not kept:
         raise ValueError("the runs have no quantity in common that changes or is not zero")

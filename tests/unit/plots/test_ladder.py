@@ -104,6 +104,8 @@ def test_what_cannot_be_compared_is_refused(fine, particles):
         ([fine] * 8, (), "two to 7 runs"),
         ([fine, code], (), "without dimension"),
         ([fine, particles], ["colour"], "quantity 'colour'"),
+        ([fine, particles], ["kinetic_enrgy"], r"did you mean 'kinetic_energy'\?"),
+        ([fine, particles], ["mean_angular_velocty"], r"did you mean 'mean_angular_velocity'\?"),
         ([fine, particles], ["principal_axes_of_nothing"], "no two of the runs"),
     ):
         with pytest.raises(ValueError, match=words):
