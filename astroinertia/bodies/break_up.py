@@ -241,4 +241,4 @@ def _radius_at_rest(star: RotatingStar, index: float) -> float:
 
 def _check(index: float) -> None:
     if not 0 < index < 3:
-        raise ValueError(f"the radius at rest that belongs to a spun-up polytrope needs 0 < n < 3, not {index!r}")
+        raise ValueError(f"the radius at rest that belongs to a spun-up polytrope needs 0 < n < 3, not {index}")

@@ -221,9 +221,9 @@ def composite_polytrope(
     if not 0 < wanted < 1:
         raise ValueError(f"{name} must lie between 0 and 1, not {wanted!r}")
     if not 0 <= core_index < math.inf:
-        raise ValueError(f"the core needs a finite index of 0 or more, not {core_index!r}")
+        raise ValueError(f"the core needs a finite index of 0 or more, not {core_index}")
     if not 0 <= envelope_index < 5:
-        raise ValueError(f"an envelope of finite radius needs an index 0 <= n < 5, not {envelope_index!r}")
+        raise ValueError(f"an envelope of finite radius needs an index 0 <= n < 5, not {envelope_index}")
     require_positive(weight_ratio=weight_ratio)
     indices = (float(core_index), float(envelope_index))
     if name == "pressure_ratio":

@@ -125,7 +125,7 @@ def from_gap(gap: float, **scale: float) -> DarwinEllipsoid:
     1.0
     """
     if not (_NARROWEST <= gap <= _WIDEST):
-        raise ValueError(f"d/(2a) of Darwin ellipsoids lies in {_NARROWEST} <= d/(2a) <= {_WIDEST:g}, not {gap!r}")
+        raise ValueError(f"d/(2a) of Darwin ellipsoids lies in {_NARROWEST} <= d/(2a) <= {_WIDEST:g}, not {gap}")
     y, z = _axes_squared(float(gap))
     omega2 = float(np.real(_rates(y, z, gap)[1]))
     return DarwinEllipsoid(math.sqrt(y), math.sqrt(z), omega2, gap=float(gap)).rescaled(**scale)

@@ -207,14 +207,14 @@ def secular_onset(
 def _viscosity(body: HomogeneousEllipsoid, frame: SteadyFrame, kinematic_viscosity: float) -> float:
     """nu in the units of the frame."""
     if not (0 <= kinematic_viscosity < math.inf):
-        raise ValueError(f"the kinematic viscosity is finite and not negative, not {kinematic_viscosity!r}")
+        raise ValueError(f"the kinematic viscosity is finite and not negative, not {kinematic_viscosity}")
     return kinematic_viscosity / (frame.time * body.mean_radius**2)
 
 
 def _coupling(body: HomogeneousEllipsoid, frame: SteadyFrame, speed_of_light: float) -> float:
     """2 G M R^2/(25 c^5) in the units of the frame."""
     if not speed_of_light > 0:
-        raise ValueError(f"the speed of light is positive, not {speed_of_light!r}")
+        raise ValueError(f"the speed of light is positive, not {speed_of_light}")
     coupling = 2 / 25 * body.gravitational_constant * body.mass * body.mean_radius**2
     return coupling * frame.time**3 / speed_of_light**5
 

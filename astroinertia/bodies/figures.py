@@ -293,7 +293,7 @@ def figure_of_polytrope(
     0.0612
     """
     if not 0 < index < 5:
-        raise ValueError(f"a polytrope of finite radius and density needs an index 0 < n < 5, not {index!r}")
+        raise ValueError(f"a polytrope of finite radius and density needs an index 0 < n < 5, not {index}")
     surface = lane_emden(index).xi_1 if index > _CONDENSED_INDEX else 0.0
     edges = [xi / surface for xi in _CONDENSED_EDGES if xi < 0.5 * surface]
     if index < _STIFF_INDEX:

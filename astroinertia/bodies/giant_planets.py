@@ -99,7 +99,7 @@ def giant_planet(field: MeasuredField, core_fraction: float = CORE_FRACTION) -> 
     0.2639
     """
     if not 0 < core_fraction < 1:
-        raise ValueError(f"the core must take a share between 0 and 1 of the radius, not {core_fraction!r}")
+        raise ValueError(f"the core must take a share between 0 and 1 of the radius, not {core_fraction}")
     measured = field.zonal_harmonics[:2]
 
     def figure(parameters, mass=1.0, mean_radius=1.0, gravitational_constant=1.0) -> RotatingFigure:

@@ -141,7 +141,7 @@ def homologous_profile(share: float) -> HomologousProfile:
     6.896849 6.896849 9.8894
     """
     if not 0.0 <= share <= 1.0:
-        raise ValueError(f"a homologous collapse has a rate between 0 and 1 times the critical one, not {share!r}")
+        raise ValueError(f"a homologous collapse has a rate between 0 and 1 times the critical one, not {share}")
     rate = share * critical_rate()
     inner, middle = np.linspace(0.0, _SERIES_END, 9), np.linspace(_SERIES_END, _HANDOVER, 257)
     first, second = np.array(_centre(rate, inner)), _outwards(rate, _HANDOVER, middle).y

@@ -34,7 +34,7 @@ def from_axis_ratio(b_over_a: float, **scale: float) -> HomogeneousEllipsoid:
     if np.ndim(b_over_a):
         raise ValueError("a Jacobi ellipsoid has one b/a, not an array of them")
     if not (math.exp(_LOG_THINNEST) * (1 - 1e-9) <= b_over_a <= 1):
-        raise ValueError(f"a Jacobi ellipsoid has 0 < b/a <= 1 (from 1e-12 on here), not {b_over_a!r}")
+        raise ValueError(f"a Jacobi ellipsoid has 0 < b/a <= 1 (from 1e-12 on here), not {b_over_a}")
     return _unit(float(b_over_a)).rescaled(**scale)
 
 
@@ -127,5 +127,5 @@ def _with(name: str, quantity: Callable[[HomogeneousEllipsoid], float], target: 
         return _unit(1.0).rescaled(**scale)
     if not start * end < 0:
         first, last = sorted((quantity(_unit(1.0)), quantity(_unit(math.exp(_LOG_THINNEST)))))
-        raise ValueError(f"Jacobi ellipsoids have {name} from {first:.9g} to {last:.9g}, not {target!r}")
+        raise ValueError(f"Jacobi ellipsoids have {name} from {first:.9g} to {last:.9g}, not {target}")
     return _unit(math.exp(root_between(excess, _LOG_THINNEST, 0.0))).rescaled(**scale)

@@ -84,7 +84,7 @@ def from_second_eccentricity(second_eccentricity: float, **scale: float) -> Macl
     """
     l = float(second_eccentricity)  # noqa: E741
     if not (0 <= l < math.inf):
-        raise ValueError(f"a Maclaurin spheroid needs a flattening between the sphere's and the disc's, not l = {l!r}")
+        raise ValueError(f"a Maclaurin spheroid needs a flattening between the sphere's and the disc's, not l = {l}")
     squares = _squares(l)
     omega2 = 2 * (l * l * squares[2]) * index_integral(squares, (0, 2), 1)
     return MaclaurinSpheroid(1.0, math.sqrt(squares[2]), float(omega2), second_eccentricity=l).rescaled(**scale)
@@ -100,7 +100,7 @@ def from_eccentricity(eccentricity: float, **scale: float) -> MaclaurinSpheroid:
     0.1375
     """
     if not (0 <= eccentricity < 1):
-        raise ValueError(f"the eccentricity of a spheroid lies in 0 <= e < 1, not {eccentricity!r}")
+        raise ValueError(f"the eccentricity of a spheroid lies in 0 <= e < 1, not {eccentricity}")
     return from_second_eccentricity(eccentricity / math.sqrt((1 - eccentricity) * (1 + eccentricity)), **scale)
 
 
@@ -112,7 +112,7 @@ def from_axis_ratio(c_over_a: float, **scale: float) -> MaclaurinSpheroid:
     0.000000
     """
     if not (0 < c_over_a <= 1):
-        raise ValueError(f"the axis ratio of a spheroid lies in 0 < c/a <= 1, not {c_over_a!r}")
+        raise ValueError(f"the axis ratio of a spheroid lies in 0 < c/a <= 1, not {c_over_a}")
     return from_second_eccentricity(math.sqrt((1 - c_over_a) * (1 + c_over_a)) / c_over_a, **scale)
 
 
@@ -137,7 +137,7 @@ def from_angular_velocity(
     if branch not in ("slow", "fast"):
         raise ValueError(f"the branches of Maclaurin spheroids are slow and fast, not {branch!r}")
     if not angular_velocity >= 0:
-        raise ValueError(f"the angular velocity of a spheroid is a number of 0 or more, not {angular_velocity!r}")
+        raise ValueError(f"the angular velocity of a spheroid is a number of 0 or more, not {angular_velocity}")
     if not target <= top.omega2:
         raise ValueError(
             f"no Maclaurin spheroid has Omega^2/(pi G rho) = {target:.9g}: it lies between 0 and {top.omega2:.9g}"
@@ -161,7 +161,7 @@ def from_angular_momentum(angular_momentum: float, **scale: float) -> MaclaurinS
     unit = from_second_eccentricity(0.0, **scale)
     target = angular_momentum / math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
     if not (0 <= target < math.inf):
-        raise ValueError(f"the angular momentum has to be finite and zero or more, not {angular_momentum!r}")
+        raise ValueError(f"the angular momentum has to be finite and zero or more, not {angular_momentum}")
     return _with(lambda body: body.angular_momentum, target, (_LOG_LEAST, _LOG_MOST), scale)
 
 
@@ -175,7 +175,7 @@ def from_energy_ratio(rotational_to_gravitational: float, **scale: float) -> Mac
     0.100000
     """
     if not (0 <= rotational_to_gravitational < 0.5):
-        raise ValueError(f"T/|W| of a Maclaurin spheroid lies in 0 <= T/|W| < 1/2, not {rotational_to_gravitational!r}")
+        raise ValueError(f"T/|W| of a Maclaurin spheroid lies in 0 <= T/|W| < 1/2, not {rotational_to_gravitational}")
     ends = (_LOG_LEAST, _LOG_MOST)
     return _with(lambda body: body.rotational_to_gravitational, rotational_to_gravitational, ends, scale)
 
@@ -192,7 +192,7 @@ def _with(quantity: Callable[[MaclaurinSpheroid], float], target: float, ends, s
     if low * high > 0:  # beyond the ends by round-off, or so close to zero or to a disc that it is one
         nearest = ends[0] if abs(low) < abs(high) else ends[1]
         if min(abs(low), abs(high)) > 1e-12:
-            raise ValueError(f"a Maclaurin spheroid this close to a sphere or a disc is out of range: {target!r}")
+            raise ValueError(f"a Maclaurin spheroid this close to a sphere or a disc is out of range: {target}")
         return from_second_eccentricity(math.exp(nearest), **scale)
     return from_second_eccentricity(math.exp(root_between(excess, *ends)), **scale)
 

@@ -107,7 +107,7 @@ def lane_emden(index: float) -> LaneEmden:
 @lru_cache(maxsize=64)
 def _lane_emden(n: float) -> LaneEmden:
     if not 0 <= n < 5:
-        raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {n!r}")
+        raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {n}")
 
     inner = np.linspace(0.0, _SERIES_END, 9)
     middle = np.linspace(_SERIES_END, HANDOVER, 257)
@@ -189,7 +189,7 @@ class Polytrope:
 
     def __post_init__(self) -> None:
         if not 0 <= float(self.index) < 5:
-            raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {self.index!r}")
+            raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {self.index}")
         require_positive(mass=self.mass, radius=self.radius, gravitational_constant=self.gravitational_constant)
 
     @property

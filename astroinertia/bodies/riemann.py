@@ -153,7 +153,7 @@ def _polar_axis(b: float, share: float) -> float:
 def _figure(b: float, x: float, scale: dict[str, float]) -> RiemannEllipsoid:
     """The ellipsoid of given b/a and Lambda/Omega."""
     if not (_THINNEST <= b <= 1):
-        raise ValueError(f"b/a of a Riemann ellipsoid lies in {_THINNEST:g} <= b/a <= 1, not {b!r}")
+        raise ValueError(f"b/a of a Riemann ellipsoid lies in {_THINNEST:g} <= b/a <= 1, not {b}")
     share = 2 / (x + 1 / x) if x and math.isfinite(x) else 0.0
     c = _polar_axis(b, share)
     whole = 2 * _symbols(b, c)[0]
@@ -210,12 +210,12 @@ def from_axis_ratios(
     if branch not in ("direct", "adjoint"):
         raise ValueError(f"the branches of Riemann ellipsoids are direct and adjoint, not {branch!r}")
     if not (_THINNEST <= b <= 1 and _THINNEST * _FLATTEST <= c <= 1):
-        raise ValueError(f"axis ratios of Riemann ellipsoids lie between {_THINNEST:g} and 1, not {b!r} and {c!r}")
+        raise ValueError(f"axis ratios of Riemann ellipsoids lie between {_THINNEST:g} and 1, not {b} and {c}")
     sums, product = _symbols(b, c)
     if abs(product) > sums + _ROUNDING:
         least, most = (_polar_axis(b, share) for share in (1.0, -1.0))
         raise ValueError(
-            f"a Riemann ellipsoid with b/a = {b:.9g} has c/a from {least:.9g} to {most:.9g}, not {c_over_a!r}"
+            f"a Riemann ellipsoid with b/a = {b:.9g} has c/a from {least:.9g} to {most:.9g}, not {c_over_a}"
         )
     plus, minus = (math.sqrt(max(0.0, 2 * (sums + sign * product))) for sign in (1, -1))
     rate = (plus + minus) / 2
@@ -242,7 +242,7 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
     size = math.sqrt(unit.gravitational_constant * unit.mass**3 * unit.mean_radius)
     turn, flow = angular_momentum / size, circulation * unit.mass / (5 * math.pi) / size
     if not (math.isfinite(turn) and math.isfinite(flow)):
-        raise ValueError(f"momentum and circulation are finite, not {angular_momentum!r} and {circulation!r}")
+        raise ValueError(f"momentum and circulation are finite, not {angular_momentum} and {circulation}")
     if turn < 0:
         turn, flow = -turn, -flow
     if abs(flow) > turn:
@@ -267,7 +267,7 @@ def from_invariants(angular_momentum: float, circulation: float, **scale: float)
 
     ends = _LOG_ROUNDEST, -math.log(_THINNEST) - 1e-6
     if excess(ends[0]) * excess(ends[1]) > 0:
-        raise ValueError(f"a Riemann ellipsoid with L = {angular_momentum!r} is too close to a sphere or a needle")
+        raise ValueError(f"a Riemann ellipsoid with L = {angular_momentum} is too close to a sphere or a needle")
     return figure(root_between(excess, *ends)).rescaled(**scale)
 
 

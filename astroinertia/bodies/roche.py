@@ -87,7 +87,7 @@ def _checked_ratio(mass_ratio: float) -> float:
     if not mass_ratio >= -1:
         raise ValueError(
             "the mass ratio M/M' of a Roche ellipsoid is at least 0, or from -1 (no rotation) to 0 for one that turns "
-            f"less fast than on its orbit, not {mass_ratio!r}"
+            f"less fast than on its orbit, not {mass_ratio}"
         )
     return float(mass_ratio)
 
@@ -105,7 +105,7 @@ def from_axis_ratio(mass_ratio: float, c_over_a: float, **scale: float) -> Roche
     """
     p, c = _checked_ratio(mass_ratio), float(c_over_a)
     if not (_THINNEST <= c <= 1):
-        raise ValueError(f"c/a of a Roche ellipsoid lies in {_THINNEST:g} <= c/a <= 1, not {c_over_a!r}")
+        raise ValueError(f"c/a of a Roche ellipsoid lies in {_THINNEST:g} <= c/a <= 1, not {c_over_a}")
     if c == 1:
         return RocheEllipsoid(1.0, 1.0, 0.0, mass_ratio=p).rescaled(**scale)
     if p == math.inf:
@@ -192,7 +192,7 @@ def at_distance(
     if mass_ratio == math.inf or not (closest.scaled_distance <= scaled_distance < math.inf):
         raise ValueError(
             f"scaled distances of Roche ellipsoids of finite mass ratio are finite and at least "
-            f"{closest.scaled_distance:.9g}, the Roche limit, not {scaled_distance!r}"
+            f"{closest.scaled_distance:.9g}, the Roche limit, not {scaled_distance}"
         )
     target = 4 / (3 * scaled_distance**3)
 
@@ -207,7 +207,5 @@ def at_distance(
     if excess(middle) <= 0:
         return closest.rescaled(**scale)
     if excess(far) > 0:
-        raise ValueError(
-            f"a Roche ellipsoid at scaled distance {scaled_distance!r} is too close to a sphere or a needle"
-        )
+        raise ValueError(f"a Roche ellipsoid at scaled distance {scaled_distance} is too close to a sphere or a needle")
     return at(root_between(excess, *sorted((far, middle)))).rescaled(**scale)

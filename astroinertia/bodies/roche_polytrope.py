@@ -131,9 +131,9 @@ def roche_polytrope(index: float, c_over_a: float, radii: int = _RADII, degrees:
     3.17 (M'/M)^(1/3) R away, virial error 2e-05
     """
     if not 0 < index < 3:
-        raise ValueError(f"a polytrope whose radius follows from its mass needs an index 0 < n < 3 here, not {index!r}")
+        raise ValueError(f"a polytrope whose radius follows from its mass needs an index 0 < n < 3 here, not {index}")
     if not 0 < c_over_a < 1:
-        raise ValueError(f"the polar over the longest semi-axis of a Roche figure is 0 < c/a < 1, not {c_over_a!r}")
+        raise ValueError(f"the polar over the longest semi-axis of a Roche figure is 0 < c/a < 1, not {c_over_a}")
     if not (radii >= _LEAST_RADII and radii % 1 == 0 and degrees >= 2 and degrees % 2 == 0):
         raise ValueError(
             f"a Roche figure needs {_LEAST_RADII} radii or more and an even degree of 2 or more, not {radii!r} and "
@@ -191,7 +191,7 @@ def roche_limit(index: float, radii: int = _RADII, degrees: int = _DEGREES) -> R
     2.23
     """
     if not 0.2 <= index <= 1.5:
-        raise ValueError(f"Roche's limit is found for polytropic indices from 0.2 to 1.5, not {index!r}")
+        raise ValueError(f"Roche's limit is found for polytropic indices from 0.2 to 1.5, not {index}")
     limit = minimize_scalar(
         lambda c: -roche_polytrope(index, c, radii, degrees).tide,
         bounds=_LIMITS_LIE,

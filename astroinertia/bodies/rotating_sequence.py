@@ -59,7 +59,7 @@ def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31)
     0.059 1.55
     """
     if not 0 < index < 3:
-        raise ValueError(f"a star's mass and entropy give it a radius for an index between 0 and 3, not {index!r}")
+        raise ValueError(f"a star's mass and entropy give it a radius for an index between 0 and 3, not {index}")
     if members < 2:
         raise ValueError(f"a sequence from rest to mass shedding has 2 members or more, not {members}")
     matter = polytropic_matter(index)

@@ -332,7 +332,7 @@ def rotating_star_with(
 
     if not math.isfinite(wanted) or excess(at_rest) > 1e-12 * max(abs(wanted), 1e-300):
         limit = "positive" if quantity == "period" else f"finite and at least {getattr(at_rest, name):g}"
-        raise ValueError(f"{quantity} must be {limit}, not {value!r}")
+        raise ValueError(f"{quantity} must be {limit}, not {value}")
     star, bracket, end = _march(excess, matter, law, resolution, ROUGHLY, scale)
     if bracket is None and -excess(at_rest) < _BEYOND * (excess(star) - excess(at_rest)):
         star, bracket, end = _march(excess, matter, law, resolution, _BY_TRIAL, scale)

@@ -83,7 +83,7 @@ class RotationLaw:
         if self.kind == "rigid" and self.scale is not None:
             raise ValueError("a rigid rotation law has no scale")
         if self.kind != "rigid" and not (self.scale is not None and math.isfinite(self.scale) and self.scale > 0):
-            raise ValueError(f"rotation law {self.kind} needs a positive scale, not {self.scale!r}")
+            raise ValueError(f"rotation law {self.kind!r} needs a positive scale, not {self.scale}")
 
     def rate(self, w) -> np.ndarray:
         """Omega/Omega_0 at distance w from the axis."""

@@ -123,7 +123,7 @@ def solve_field(
     0.201353 0.201352
     """
     if not -1 < axis_ratio <= 1 or axis_ratio == 0:
-        raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio!r}")
+        raise ValueError(f"the axis ratio must lie in (0, 1], or in (-1, 0) for a ring, not {axis_ratio}")
     if 0 < axis_ratio < _FLATTEST:
         raise NumericalError(f"no star as flat as an axis ratio of {axis_ratio:g} can be solved for")
     solver = _Solver(matter, float(axis_ratio), resolution)

@@ -320,7 +320,7 @@ def rotating_polytrope(
     if not (0 <= target < math.inf):
         raise ValueError("a polytrope needs a finite rotation of zero or more, and an axis ratio of at most one")
     if not tolerance > 0:
-        raise ValueError(f"the tolerance has to be positive, not {tolerance!r}")
+        raise ValueError(f"the tolerance has to be positive, not {tolerance}")
     if degree is not None and (degree < 8 or degree % 2):
         raise ValueError(f"the degree of the expansion has to be even and at least 8, not {degree}")
     if target > _FROM_SPHERE[quantity] and target > QUANTITIES[quantity](_milestones()[-1])[0]:

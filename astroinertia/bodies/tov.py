@@ -175,7 +175,7 @@ def structure(
     """
     require_positive(central_enthalpy=central_enthalpy)
     if not 3e-14 <= tolerance <= 1e-3:
-        raise ValueError(f"the tolerance must lie between 3e-14 and 1e-3, not {tolerance!r}")
+        raise ValueError(f"the tolerance must lie between 3e-14 and 1e-3, not {tolerance}")
     equations = _Equations(equation_of_state, central_enthalpy, relativistic, perturbation)
     h_c, e_c = equations.h_c, equations.e_c
     inside = [edge for edge in equation_of_state.edges[1:] if edge < central_enthalpy]

@@ -264,7 +264,7 @@ def polytropic_matter(index: float) -> ScaledLaw:
     """
     n = float(index)
     if not 0 <= n <= SOFTEST:
-        raise ValueError(f"a rotating polytrope needs an index 0 <= n <= {SOFTEST}, not {index!r}: cores get too small")
+        raise ValueError(f"a rotating polytrope needs an index 0 <= n <= {SOFTEST}, not {index}: cores get too small")
     return ScaledLaw(
         name=f"polytrope of index {n:g}",
         density=lambda x: np.where(x > 0, np.maximum(x, 0.0) ** n, 0.0),

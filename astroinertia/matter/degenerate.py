@@ -58,7 +58,7 @@ def degenerate_electrons(nucleons_per_electron: float = 2.0) -> Barotrope:
     1.41
     """
     if not (math.isfinite(nucleons_per_electron) and nucleons_per_electron >= 1):
-        raise ValueError(f"there is at least one nucleon for each electron, not {nucleons_per_electron!r}")
+        raise ValueError(f"there is at least one nucleon for each electron, not {nucleons_per_electron}")
     nucleon = nucleons_per_electron * ATOMIC_MASS
     density = float(geometric_density(nucleon / (3 * math.pi**2 * _COMPTON**3)))
     piece = DegenerateElectrons(density, ELECTRON_MASS / nucleon)

@@ -166,6 +166,8 @@ WRONG: dict[str, tuple[Any, str]] = {
     "an index in words": (lambda _: polytrope.Polytrope("three"), "index of Polytrope"),  # pyright: ignore[reportArgumentType]
     "no index": (lambda _: polytrope.Polytrope(None), "index of Polytrope"),  # pyright: ignore[reportArgumentType]
     "an index below none": (lambda _: polytrope.Polytrope(-1), "index"),
+    "an index of NumPy's below none": (lambda _: polytrope.Polytrope(np.float64(-1)), "not -1.0"),
+    "an axis ratio of NumPy's": (lambda _: jacobi.from_axis_ratio(np.float64(1.5)), "not 1.5"),
     "matter of a negative index": (lambda _: barotropes.polytropic_matter(-1), "index"),
     "two moment ratios": (lambda _: inversion.two_layers(3933.5, [0.36, 0.3], mantle_density=3500.0), "moment_ratio"),
     "a spin in words": (
