@@ -51,6 +51,7 @@ MESA = {
     "omega": ("omega", 1.0),
     "log_omega": ("omega", (1.0,)),
     "j_rot": ("specific_angular_momentum", 1e-4),
+    "log_j_rot": ("specific_angular_momentum", (1e-4,)),
 }
 KEPLER = {
     "cell outer total mass": ("mass", _GRAM),

@@ -197,7 +197,8 @@ def numbers(path: Path, file_name: str, columns: Mapping[str, Member], most: int
         if kind.base.kind not in "fiu":
             raise SceneError(f"{file_name}: {name} is not of numbers")
         if not shape or shape[0] > most or np.prod(shape[1:], dtype=float) > 3:
-            raise SceneError(f"{file_name}: {name} has the shape {shape}, not that of at most {most} rows")
+            few = f"{most} rows, each of one number or of three"
+            raise SceneError(f"{file_name}: {name} has the shape {shape}, and is to have at most {few}")
         if dataset.is_virtual or dataset.external:
             raise SceneError(f"{file_name}: {name} is kept in another file, which is not read")
         whole += 8.0 * np.prod(shape, dtype=float)

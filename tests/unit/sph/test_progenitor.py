@@ -67,6 +67,19 @@ def test_a_table_is_the_star_that_it_was_made_of(file):
     assert np.allclose(profile.enclosed(profile.radius(share)), share, atol=1e-14)
 
 
+def test_a_profile_of_mesa_with_the_logarithm_of_angular_momentum_turns(tmp_path):
+    lines = MESA.read_text().splitlines()
+    place, turned = lines[5].split().index("omega"), tmp_path / "profile.data"
+    radius = read_progenitor(MESA).radius[::-1]  # of zones from the surface inwards, as they are in the file
+    rows = [line.split() for line in lines[6:]]
+    for row, r in zip(rows, radius, strict=True):
+        row[place] = repr(float(np.log10(2 / 3 * float(row[place]) * (100 * r) ** 2)))  # cm2/s
+    head = [*lines[:5], lines[5].replace("omega", "log_j_rot")]
+    turned.write_text("\n".join([*head, *(" ".join(row) for row in rows)]))
+    expected = read_progenitor(MESA).angular_velocity
+    np.testing.assert_allclose(read_progenitor(turned).angular_velocity, expected, rtol=1e-9)
+
+
 def test_committed_files_are_what_the_program_writes(tmp_path):
     runpy.run_path(str(ROOT / "sims" / "progenitor_tables.py"))["main"](tmp_path)
     for file in (MESA, KEPLER):
