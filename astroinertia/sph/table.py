@@ -89,7 +89,8 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
     suffix = path.suffix.lower()
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
-        return _checked(path, snapshot[0], fewest, snapshot[1], True)
+        columns, own, note = snapshot
+        return replace(_checked(path, columns, fewest, own, True), note=note)
     reader = _READERS[suffix]
     if suffix in HDF5_SUFFIXES and is_netcdf(path, (*REQUIRED, *_ALIASES), COLUMNS.what):
         reader = _netcdf

@@ -2,7 +2,8 @@
 
 Layout: the groups Header and PartType0 to 6; units are attributes of Units, Parameters or Header, by the names of each
 code. Only the particles of one type are a body: a file with several is refused, as are one part of a snapshot and
-comoving coordinates. Tests: tests/unit/interop/test_export.py, tests/unit/sph/test_table_of_snapshots.py.
+comoving coordinates. A body that lies across the faces of a box that is said to be periodic is put together.
+Tests: tests/unit/interop/test_export.py, tests/unit/sph/test_table_of_snapshots.py.
 """
 
 from collections.abc import Mapping
@@ -20,7 +21,9 @@ _HEADER, _TYPE = "Header", "PartType"
 _LONGEST_ATTRIBUTE = 1000  # numbers
 _LONGEST_NUMBER = 64  # bytes of one that is text
 _SAME_CONSTANT = 2e-3  # relative: how far values of G differ that codes have had
+_EMPTY = 0.1  # of a periodic box: less than this between particles is no gap between a body and itself
 _CONSTANT = "PhysicalConstants:G"  # of SWIFT, where its parameter file sets it
+_PERIODIC = "InitialConditions:periodic"  # likewise
 _FIELDS = {
     "position": ("Coordinates",),
     "velocity": ("Velocities", "Velocity"),
@@ -70,10 +73,11 @@ def snapshot_units(path: Path, what: str) -> FileUnits | None:
         return _units(name, {group: _Attributes(name, file[group]) for group in groups if group not in types})
 
 
-def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], FileUnits | None] | None:
+def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], FileUnits | None, str] | None:
     """Columns of the particles (mass, x, y, z and, if there, vx, vy, vz, u), in SI where the units are stated.
 
-    None for a file that is no snapshot of this kind. SceneError for one that is, and cannot be a body.
+    Third is what was done to them, or nothing. None for a file that is no snapshot of this kind; SceneError for one
+    that is, and cannot be a body.
     """
     name = f"{what} {path}"
     with opened(path, name) as (h5py, file):
@@ -97,6 +101,7 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
             raise SceneError(f"{name} has no Coordinates in {peopled[0]}")
         if "mass" not in columns:
             columns["mass"] = _mass_of_all(name, attributes[_HEADER], peopled[0], len(columns["position"]))
+        columns["position"], moved = _together(columns["position"], _periodic_box(attributes))
         units = _units(name, attributes)
     if units is not None:
         in_si = {
@@ -107,7 +112,8 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
         }
         with np.errstate(over="ignore", invalid="ignore"):  # what is too large is found as not finite
             columns = {key: column * in_si[key] for key, column in columns.items()}
-    return split_vectors(name, columns), units
+    note = f"put together across faces of a periodic box along {', '.join(moved)}" if moved else ""
+    return split_vectors(name, columns), units, note
 
 
 _ALL_FIELDS = tuple(alias for aliases in _FIELDS.values() for alias in aliases)
@@ -149,6 +155,12 @@ class _Attributes:
             raise SceneError(f"{self.file_name}: the attribute {name} is not positive")
         return number
 
+    def is_one(self, name: str) -> bool:
+        """Whether an attribute is the text 1."""
+        if name not in self.attrs or self.attrs.get_id(name).dtype.itemsize > _LONGEST_NUMBER:
+            return False
+        return str(self.attrs[name]) in ("1", "b'1'")
+
     def number(self, *names: str) -> float | None:
         """The same where it is one number, or a list of one."""
         values = self.numbers(*names)
@@ -165,6 +177,28 @@ def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]
         raise SceneError(f"{name} is of an expanding universe, whose comoving coordinates are not read")
     if any(group.number("HubbleParam") not in (None, 0.0, 1.0) for group in attributes.values()):
         raise SceneError(f"{name} has a HubbleParam, so that lengths and masses may be over h; write them without it")
+
+
+def _periodic_box(attributes: Mapping[str, _Attributes]) -> np.ndarray | None:
+    """The sides of the box (3,), where the file says that it is periodic: SWIFT's parameter, GADGET-4's option."""
+    of_gadget = "Config" in attributes and "PERIODIC" in attributes["Config"].attrs
+    of_swift = "Parameters" in attributes and attributes["Parameters"].is_one(_PERIODIC)
+    size = attributes[_HEADER].numbers("BoxSize") if of_gadget or of_swift else None
+    return np.broadcast_to(size, 3) if size is not None and size.size in (1, 3) and (size > 0.0).all() else None
+
+
+def _together(position: np.ndarray, box: np.ndarray | None) -> tuple[np.ndarray, list[str]]:
+    """Positions (N, 3) with the box cut where it is emptiest, and the axes along which that is not at its faces."""
+    moved = []
+    for axis, side in enumerate(() if box is None or position.shape[1:] != (3,) else box):
+        along = np.sort(position[:, axis])
+        with np.errstate(invalid="ignore"):  # what is not finite is found later
+            gaps, across = np.diff(along), side - np.ptp(along)
+        if gaps.size and across >= 0.0 and gaps.max() > max(2.0 * across, _EMPTY * side):
+            beyond = position[:, axis] > along[np.argmax(gaps)]
+            position = position - side * beyond[:, None] * np.eye(3)[axis]
+            moved.append("xyz"[axis])
+    return position, moved
 
 
 def _mass_of_all(name: str, header: _Attributes, group: str, count: int) -> np.ndarray:

@@ -233,6 +233,47 @@ def test_masses_may_stand_in_the_header_and_particles_be_of_another_type(tmp_pat
     np.testing.assert_array_equal(table.position, VALUES[:, 1:4])
 
 
+@pytest.mark.parametrize("said", ["swift", "gadget4", ""])
+def test_a_body_across_the_faces_of_a_periodic_box_is_put_together(tmp_path, said):
+    """A ball in the corner of a box of 4 x 5 x 6: its tensor is that of the ball where the file says periodic."""
+    count, box = 40, np.array([4.0, 5.0, 6.0])
+    random = np.random.default_rng(3)
+    ball, mass = random.uniform(-0.8, 0.8, (count, 3)), random.uniform(1.0, 2.0, count)
+
+    def corner(file):
+        fill(file)
+        del file["PartType0"]
+        file["PartType0/Coordinates"], file["PartType0/Masses"] = (ball + [0.1, 2.5, 5.9]) % box, mass
+        file["Header"].attrs["BoxSize"] = box
+        if said == "swift":
+            file.create_group("Parameters").attrs["InitialConditions:periodic"] = np.bytes_(b"1")
+        elif said == "gadget4":
+            file.create_group("Config").attrs["PERIODIC"] = ""
+
+    matter = read_matter(written(tmp_path / "snap.hdf5", corner))
+    distance = ball - mass @ ball / mass.sum()
+    expected = np.diag([mass @ (distance**2).sum(axis=1)] * 3) - np.einsum("n,ni,nj", mass, distance, distance)
+    if said:
+        np.testing.assert_allclose(matter.body.inertia, expected, rtol=1e-13, atol=1e-12)
+        assert "put together across faces of a periodic box along x, z" in matter.text
+    else:
+        assert matter.body.inertia[1, 1] > 5 * expected[1, 1]
+        assert matter.text == "40 particles"
+
+
+def test_a_medium_that_fills_a_periodic_box_stays_as_it_is(tmp_path):
+    place = np.random.default_rng(3).uniform(0.0, 1.0, (200, 3))
+
+    def medium(file):
+        fill(file)
+        del file["PartType0"]
+        file["PartType0/Coordinates"], file["PartType0/Masses"] = place, np.ones(200)
+        file["Header"].attrs["BoxSize"] = [1.0] * 3
+        file.create_group("Parameters").attrs["InitialConditions:periodic"] = np.bytes_(b"1")
+
+    np.testing.assert_array_equal(read_table(written(tmp_path / "snap.hdf5", medium)).position, place)
+
+
 def attribute(group, name, value):
     def step(file):
         file.require_group(group).attrs[name] = value
