@@ -166,7 +166,7 @@ def unit_scales(path: Path, wanted: Columns, names: Iterable[str], units: Mappin
 
     SceneError where some columns have a unit and others have none, and for what is no unit of a column.
     """
-    units = {name: unit for name, unit in units.items() if name in wanted.dimensions}
+    units = {name: unit for name, unit in units.items() if name in wanted.dimensions and unit.strip() != "1"}
     if not units:
         return {}
     if without := [name for name in names if name in wanted.dimensions and name not in units]:

@@ -158,7 +158,13 @@ def as_classic(*given, **how):
     as_netcdf(*given, engine="scipy", format="NETCDF3_64BIT", **how)
 
 
-FORMATS = {"p.hdf5": as_hdf5, "p.nc": as_netcdf, "classic.nc": as_classic}
+def as_csv(path, mass, position, units, labels):
+    head = f"mass [{units[0]}]," + ",".join(f"{name} ({units[1]})" for name in "xyz")
+    rows = [",".join(map(repr, row)) for row in np.column_stack([mass, position]).tolist()]
+    path.write_text("\n".join([head, *rows]))
+
+
+FORMATS = {"p.hdf5": as_hdf5, "p.nc": as_netcdf, "classic.nc": as_classic, "p.csv": as_csv}
 
 
 @pytest.mark.parametrize("name", FORMATS)
