@@ -2,9 +2,9 @@
 
 They are in SI, or in the units that the file states of its columns (storage.columns). The rows are those of a grid in
 density and either energy or another quantity, such as temperature, that the energy rises with at each density: every
-density has as many rows as every other. Between them P is linear in u at each of the two densities beside, and then in
-ln rho; beyond the energies of a density it goes on linearly. Columns temperature and sound_speed may be there; they
-follow from the rest, and are not used.
+density has as many rows as every other. Between them P/rho is linear in u at each of the two densities beside, and then
+in ln rho, which makes an ideal gas exact; beyond the energies of a density it goes on linearly. Columns temperature and
+sound_speed may be there; they follow from the rest, and are not used.
 Tests: tests/unit/matter/test_table_equation.py.
 """
 
@@ -50,8 +50,8 @@ class TableEquation:
             x, nodes = np.log(rho), np.log(self.density)
             row = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(self.density) - 2)
             share = (x - nodes[row]) / (nodes[row + 1] - nodes[row])
-            below, above = (self._along(row + k, u) for k in (0, 1))
-            between = (1 - share) * below + share * above
+            below, above = (self._along(row + k, u) / self.density[row + k] for k in (0, 1))
+            between = rho * ((1 - share) * below + share * above)
             return between if tension else np.maximum(between, 0.0)
 
         return pressure
