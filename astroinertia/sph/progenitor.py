@@ -60,6 +60,7 @@ KEPLER = {
     "cell pressure": ("pressure", 0.1),
     "cell temperature": ("temperature", 1.0),
     "cell specific energy": ("internal_energy", 1e-4),
+    "cell spec. int. energy": ("internal_energy", 1e-4),  # of files that Phantom writes
     "cell angular velocity": ("omega", 1.0),
 }
 CSV = {
@@ -193,8 +194,8 @@ def _columns(path: Path, lines: list[str]) -> Columns:
 
 
 def _kepler(header: str, lines: list[str]) -> Columns:
-    # In some files brackets with a number stand about each name.
-    names = [re.sub(r"^\[\s*\d+\s+|\]$", "", word).strip() for word in re.split(r"\s{2,}", header.strip(" #"))]
+    # In some files brackets with a number stand about each name, which is padded on either side.
+    names = re.findall(r"\[\s*\d+\s+(.*?)\s*\]", header) or re.split(r"\s{2,}", header.strip(" #"))
     names = [name.removeprefix("grid ").strip() for name in names if name]
     rows = [line.replace(":", " ").split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
     if names[0] != "grid":

@@ -1,5 +1,6 @@
 """Stellar profiles: what is read from each format, and the particles placed by them, against sums over the table."""
 
+import re
 import runpy
 from pathlib import Path
 
@@ -85,6 +86,19 @@ def test_committed_files_are_what_the_program_writes(tmp_path):
     for file in (MESA, KEPLER):
         for one, two in zip(file.read_text().split(), (tmp_path / file.name).read_text().split(), strict=True):
             assert one == two or float(one) == pytest.approx(float(two), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", [" [{0:02d} {1:>28}]  ", " [ {0} {1:<28} ] "])
+def test_names_in_brackets_may_be_padded_on_either_side(tmp_path, name):
+    """Phantom writes such files, with its name of the energy."""
+    lines = KEPLER.read_text().splitlines()
+    names = ["grid", *re.split(r"\s{2,}", lines[1].strip().removeprefix("grid").strip())]
+    head = "#" + "".join(name.format(k, word) for k, word in enumerate(names, 1))
+    file = tmp_path / "kepler"
+    file.write_text("\n".join([lines[0], head.replace("specific energy", "spec. int. energy"), *lines[2:]]))
+    star, same = read_progenitor(file), read_progenitor(KEPLER)
+    for column in ("mass", "radius", "pressure", "internal_energy", "angular_velocity"):
+        np.testing.assert_array_equal(getattr(star, column), getattr(same, column))
 
 
 def test_masses_are_read_and_not_made_of_densities(tmp_path):
