@@ -317,13 +317,13 @@ def _mesh(path: Path, units: tuple[str, str], density: float) -> Matter:
         raise SceneError(f"the density of a mesh must be positive, not {density:g}")
     vertices, faces = read_mesh(path)
     mass_unit, length_unit = _sizes(units)
+    density *= mass_unit / length_unit**3
     try:
-        body = mesh_body(vertices * length_unit, faces, density=density * mass_unit / length_unit**3)
+        body = mesh_body(vertices * length_unit, faces, density=density)
     except ValueError as error:
         raise SceneError(f"mesh {path}: {error}") from error
-    volume = float(body.mass) / (density * mass_unit) * length_unit**3
-    radius = (3 * volume / (4 * np.pi)) ** (1 / 3)
-    text = f"a mesh of {len(faces)} triangles, of density {density:g}"
+    radius = (3 * float(body.mass) / density / (4 * np.pi)) ** (1 / 3)
+    text = f"a mesh of {len(faces)} triangles, of density {density:g}{'' if units == PLAIN else ' kg/m3'}"
     return Matter(
         body, vertices * length_unit, radius, SAME_VOLUME, _own_units(units), ROUND_OFF_GAP, text, None, faces,
         length_unit,

@@ -92,6 +92,7 @@ def test_axes_of_equal_moments_are_undefined(tmp_path, stretch, defined, triaxia
 def test_a_mesh_of_a_sphere_has_the_ratio_of_a_homogeneous_sphere(tmp_path):
     vertices, faces = icosphere(4, radius=100.0)
     found = moments(read_matter(write_mesh(tmp_path / "ball.obj", vertices, faces), ("kg", "km"), density=1e12))
+    assert found.attrs["title"].endswith(" triangles, of density 1000 kg/m3")
     # 2/5 with the radius of equal volume, up to the facets: the error is of the square of their size.
     np.testing.assert_allclose(found["moment_ratio"], 0.4, rtol=2e-5)
     assert float(found["mass"]) == pytest.approx(4 / 3 * np.pi * 100**3 * 1e12, rel=4e-3)
