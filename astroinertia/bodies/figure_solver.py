@@ -36,7 +36,7 @@ _NEAR_SURFACE = 1e-5  # below this share of the layer's thickness differences of
 _ASYMPTOTIC_TERMS = 10
 _SCALE_TOLERANCE = 1e-12  # of the mass, after which the densities are scaled by what is left
 _SCALE_STEPS = 60
-_LARGEST_LOG_SCALE = 300.0
+_LARGEST_LOG_SCALE = 200.0  # whose cube is a number
 
 
 class Material(Protocol):
@@ -165,10 +165,12 @@ class Hydrostatic:
         before, now, longest = 0.0, 0.05, 1.0
         _, mass_before = self._at_scale(layers, parts, before)
         for _ in range(_SCALE_STEPS):
+            if abs(now) > _LARGEST_LOG_SCALE:
+                break
             densities, mass = self._at_scale(layers, parts, now)
             if abs(mass - 1) < _SCALE_TOLERANCE:
                 return [density / mass for density in densities], math.exp(now) if self.free_radius else 1.0
-            if not (mass > 0 and mass_before > 0 and abs(now) < _LARGEST_LOG_SCALE):
+            if not (mass > 0 and mass_before > 0):
                 break
             change = math.log(mass) - math.log(mass_before)
             if change == 0:
