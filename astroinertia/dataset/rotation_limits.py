@@ -12,6 +12,8 @@ from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.break_up import break_up, orbit_at_equator
 from astroinertia.dataset.arranged import gravitational_constant
 
+DIFFERENTIAL = 1.01  # T/|W| of the shells over that of the mean rotation: beyond it the two are shown apart
+
 
 def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str, str]]:
     """Values along time, unit and meaning of what `InertiaAccessor.rotation_limits` describes, by name."""
@@ -24,7 +26,7 @@ def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str
     if "surface_mean_radius" in data and data["surface_mean_radius"].notnull().any():
         radius = data["surface_mean_radius"].values
     period = np.divide(2 * np.pi, spin, out=np.where(np.isnan(spin), np.nan, np.inf), where=spin > 0)
-    gravity, ratio = gravitational_constant(data), data["rotational_to_gravitational"].values
+    gravity, ratio = gravitational_constant(data), rotational_share(data)
     limits = break_up(data["mass"].values, radius, period, shedding=shedding, gravitational_constant=gravity)
     sheds = limits.sheds_mass
     own: dict[str, Any] = {}
@@ -47,3 +49,20 @@ def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str
         "secularly_unstable": (ratio > SECULAR, "1", "whether T/|W| lets friction make a bar"),
         "dynamically_unstable": (ratio > DYNAMICAL, "1", "whether T/|W| makes a bar"),
     }
+
+
+def rotational_share(data: xr.Dataset) -> np.ndarray:
+    """T/|W| (time,), with T = sum L_k Omega_k/2 over the shells of equal mass, each turning as one about z.
+
+    It is rotational_to_gravitational, that of the mean rotation, where this is more, as about another axis than z, or
+    where there are no profiles. Of a body that does not turn rigidly the mean rotation has less energy.
+
+    >>> print(f"{rotational_share(ds)[0]:.4f}")  # T/|W| shell by shell
+    0.0028
+    """
+    mean = data["rotational_to_gravitational"].values
+    if not {"specific_angular_momentum_profile", "rotation_profile"} <= set(data.data_vars):
+        return mean
+    spin = data["specific_angular_momentum_profile"] * data["rotation_profile"]
+    energy = 0.5 * spin.mean("radius_bin") * data["mass"]
+    return np.fmax((energy / np.abs(data["gravitational_energy"])).values, mean)

@@ -10,6 +10,7 @@ import xarray as xr
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
+from astroinertia.dataset.rotation_limits import DIFFERENTIAL, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
@@ -111,11 +112,14 @@ def _body(dataset: xr.Dataset) -> Table:
         relative = "" if dataset.attrs.get("frame", INERTIAL) == INERTIAL else "; all relative to the rotating frame"
         below = f"({inertia.spin_rate().attrs['long_name']}{relative})"
         laws = [("1/I", inertia.spin_scaling("inertia")), ("1/R^2", inertia.spin_scaling("radius"))]
+        shells, mean = rotational_share(dataset), dataset["rotational_to_gravitational"]
         rows += [
             ("mean angular velocity", inertia.spin_rate()),
             *((f"  if it went as {name}", law) for name, law in laws if np.nan_to_num(law).any()),
-            ("T/|W|", dataset["rotational_to_gravitational"]),
+            ("T/|W|", mean.copy(data=shells)),
         ]
+        if (shells > DIFFERENTIAL * mean.values).any():
+            rows.append(("  of the mean angular velocity", mean))
     return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows], below)
 
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.rotation_limits import DIFFERENTIAL, rotational_share
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
@@ -109,20 +110,27 @@ def _ratios(axes, dataset: xr.Dataset) -> None:
 
 def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     times, factor, _ = style.shown_times(dataset)
-    ratio = dataset["rotational_to_gravitational"]
-    top = float(ratio.max())
+    shells, mean = rotational_share(dataset), dataset["rotational_to_gravitational"].values
+    top = float(np.nanmax(shells))
     scale, unit = style.scale_of("1", top)
     axes.set_title("Rotational over gravitational energy")
-    axes.plot(times, ratio / scale, color=style.BLUE)
-    shade(axes, times, [(ratio.values / scale, error_of(dataset, "rotational_to_gravitational", scale), style.BLUE)])
+    error = error_of(dataset, "rotational_to_gravitational", scale)
+    if (shells > DIFFERENTIAL * mean).any():
+        axes.plot(times, shells / scale, color=style.VERMILLION, label="shell by shell")
+        axes.plot(times, mean / scale, color=style.BLUE, label="of the mean angular velocity")
+        axes.legend(loc="best")
+    else:
+        axes.plot(times, mean / scale, color=style.BLUE)
+    shade(axes, times, [(mean / scale, error, style.BLUE)])
     axes.set_ylim(0, 1.15 * top / scale or 1.0)
     for level, name in ((SECULAR, "secular bar instability"), (DYNAMICAL, "dynamical bar instability")):
         if 0.5 * level < top < UNBOUND:
             axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * level))
             axes.axhline(level, color=style.PURPLE, linewidth=1, linestyle="--")
+            above = not shells[0] > level  # the name is where the curve begins not
             axes.annotate(
-                f"{name} ({level:.2g})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2),
-                textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom",
+                f"{name} ({level:.2g})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2 if above else -2),
+                textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom" if above else "top",
             )  # fmt: skip
     axes.set_ylabel(style.label("$T/|W|$", unit))
     style.mark_compression(axes, dataset, factor)

@@ -31,6 +31,7 @@ from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.rotation_limits import rotational_share
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.matter.barotropes import polytropic_matter
@@ -255,17 +256,6 @@ def with_bounce(dataset: xr.Dataset) -> xr.Dataset:
         if "region" in dataset.dims and "core" in dataset["region"]:
             attributes["bounce_core_mass"] = float(dataset["region_mass"].sel(region="core")[at])
     return course.assign_attrs(attributes)
-
-
-def rotational_share(dataset: xr.Dataset) -> np.ndarray:
-    """T/|W| (time,), with T = sum L_k Omega_k/2 over the shells of equal mass, each turning as one about z.
-
-    >>> print(f"{rotational_share(ds)[0]:.4f}")  # T/|W| shell by shell
-    0.0028
-    """
-    spin = dataset["specific_angular_momentum_profile"] * dataset["rotation_profile"]
-    energy = 0.5 * spin.mean("radius_bin") * dataset["mass"]
-    return (energy / np.abs(dataset["gravitational_energy"])).values
 
 
 def dynamics(time: np.ndarray, density: np.ndarray, amplitude: np.ndarray) -> tuple[str, int | None]:

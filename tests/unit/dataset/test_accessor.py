@@ -14,6 +14,7 @@ from astroinertia import dataset, plots
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.dataset.accessor import InertiaAccessor
 from astroinertia.dataset.picture_methods import OPTIONS
+from astroinertia.dataset.rotation_limits import rotational_share
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from tests.unit.affine_body import METADATA, affine_run
@@ -215,6 +216,26 @@ def test_a_star_that_turns_so_fast_is_said_to_turn_so_fast(ds: xr.Dataset, asked
     assert not limits.sheds_mass.any()
     faster = turning.assign(angular_velocity=turning["angular_velocity"] * 1.02 / asked)
     assert faster.assign_attrs(model="sph").inertia.rotation_limits().sheds_mass.all()
+
+
+def test_a_core_that_turns_faster_than_the_rest_counts_in_the_energy_of_rotation(ds: xr.Dataset) -> None:
+    """Halves of the mass with moments 1 and 100 and rates 90 and 1: T = (1 * 90^2 + 100 * 1)/2, L = 190, I = 101."""
+    count = ds.sizes["time"]
+    moments, rates = np.array([1.0, 100.0]), np.array([90.0, 1.0])
+    mean = (moments @ rates) ** 2 / moments.sum() / 2
+    shells = (("time", "radius_bin"), np.tile(rates, (count, 1)), ds["rotation_profile"].attrs)
+    momenta = (("time", "radius_bin"), np.tile(moments * rates / 0.5, (count, 1)))
+    kept = ds.drop_dims("radius_bin")
+    other = {"mass": 1.0, "gravitational_energy": -1e4, "rotational_to_gravitational": mean / 1e4}
+    turning = kept.assign({name: xr.full_like(ds[name], value) for name, value in other.items()})
+    assert not turning.inertia.rotation_limits().dynamically_unstable.any()  # nothing is known of its shells
+    turning = turning.assign(rotation_profile=shells, specific_angular_momentum_profile=momenta)
+    np.testing.assert_allclose(rotational_share(turning), (moments @ rates**2) / 2 / 1e4, rtol=1e-14)
+    assert turning.inertia.rotation_limits().dynamically_unstable.all()
+    summary = {line.split("  ")[0]: line.split()[-4:] for line in plots.summary(turning).splitlines()}
+    assert summary["T/|W|"] == ["0.41"] * 4
+    across = turning.assign(rotation_profile=0.0 * turning["rotation_profile"])  # about another axis than z
+    np.testing.assert_allclose(rotational_share(across), mean / 1e4, rtol=1e-14)
 
 
 def test_axes_that_move_have_directions_and_no_lengths(ds: xr.Dataset) -> None:

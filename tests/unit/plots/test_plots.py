@@ -201,6 +201,19 @@ def test_the_summary_tells_the_numbers(series):
     assert "tide" in text
 
 
+@pytest.mark.parametrize("share", [0.285, 0.26])
+def test_the_names_of_limits_are_not_where_the_curve_begins(series, share):
+    """Of a bar that starts just above the limit, and just below it."""
+    bar = series.drop_dims("radius_bin").assign(
+        rotational_to_gravitational=xr.full_like(series["rotational_to_gravitational"], share)
+    )
+    figure = bar.inertia.plot_spin()
+    (box,) = [box for text, box in texts(figure) if text.startswith("dynamical")]
+    panel = figure.axes[-1]
+    height = panel.transData.transform((0.0, share))[1]
+    assert not box.y0 < height < box.y1
+
+
 def test_the_summary_tells_how_regions_turn(series):
     """Each by the size of its own mean angular velocity at the end, in the unit that is said below."""
     times, names = series.sizes["time"], ["core", "envelope"]
