@@ -203,13 +203,14 @@ def _angles(axes, dataset: xr.Dataset, rotation: Motion) -> None:
     across = np.sqrt(np.sum(rotation.rates**2, axis=1) - rotation.rates[:, figure] ** 2)
     moved = float(np.median(across)) * float(np.max(np.diff(dataset["time"].values), initial=0.0))  # rad an output
     angle, unit, text = np.degrees(nutation), "deg", "nutation"
-    if _STILL < np.ptp(angle) < _SLIGHT:
+    still, slight = np.ptp(angle) < _STILL, _STILL < angle.max() < _SLIGHT  # slight: as a planet's wobble
+    if _STILL < np.ptp(angle) < _SLIGHT or slight:
         opening = angle[0] if angle[0] > _SLIGHT else 0.0
         text = f"nutation \N{MINUS SIGN} {opening:.4f} deg" if opening else "nutation"
         angle, unit = (angle - opening) / _MAS, "mas"
     how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if moved > SPARSE else {"linewidth": 1.5}
     style.curve(axes, times, angle, color=style.BLUE, **how)
-    if np.ptp(angle) < _STILL:
+    if still:
         middle = float(angle.mean())
         axes.set_ylim(middle - max(0.2 * middle, 0.1), middle + max(0.2 * middle, 0.1))
     axes.set_ylabel(f"{text} ({unit})", color=style.BLUE)

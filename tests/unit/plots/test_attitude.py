@@ -83,7 +83,10 @@ def test_every_kind_of_attitude_can_be_drawn(name):
 def test_a_slight_wobble_is_drawn_by_itself():
     """omega_1/omega_3 = 3e-7 cos(0.75 t) is 62 mas, which nobody sees beside omega_3."""
     series = free_top(**CASES["wobble"])
-    panel = attitude_figure(series).axes[0]
+    figure = attitude_figure(series)
+    panel, angle = figure.axes[0], next(axes for axes in figure.axes if axes.get_ylabel() == "nutation (mas)")
+    nutation = nutation_and_precession(series)[0][0]  # the axis from L, steady: C/A times as little or as much
+    assert nutation > 1e-8 and angle.lines[0].get_ydata()[0] == pytest.approx(np.degrees(nutation) * 3.6e6)
     assert "mas" in panel.get_ylabel()
     drawn = next(line for line in panel.lines if line.get_label().startswith("axis 1"))
     expected = np.degrees(3e-7) * 3.6e6 * np.cos(0.75 * series["time"].values)
