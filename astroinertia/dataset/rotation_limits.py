@@ -12,7 +12,7 @@ from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.bodies.break_up import break_up, orbit_at_equator
 from astroinertia.dataset.arranged import gravitational_constant
 
-DIFFERENTIAL = 1.01  # T/|W| of the shells over that of the mean rotation: beyond it the two are shown apart
+DIFFERENTIAL = 0.01  # of the largest T/|W| of the shells: both are shown where the mean one is so far below
 
 
 def rotation_limits(data: xr.Dataset, shedding: str) -> dict[str, tuple[Any, str, str]]:
@@ -66,3 +66,9 @@ def rotational_share(data: xr.Dataset) -> np.ndarray:
     spin = data["specific_angular_momentum_profile"] * data["rotation_profile"]
     energy = 0.5 * spin.mean("radius_bin") * data["mass"]
     return np.fmax((energy / np.abs(data["gravitational_energy"])).values, mean)
+
+
+def differential(shells: np.ndarray, mean: np.ndarray) -> bool:
+    """Whether T/|W| shell by shell (time,) is so far above that of the mean rotation that both are worth showing."""
+    above = np.fmax(shells - mean, 0.0)
+    return bool(np.any(above > DIFFERENTIAL * np.fmax(shells, 0.0).max()))

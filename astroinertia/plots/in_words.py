@@ -10,7 +10,7 @@ import xarray as xr
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
-from astroinertia.dataset.rotation_limits import DIFFERENTIAL, rotational_share
+from astroinertia.dataset.rotation_limits import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
@@ -118,7 +118,7 @@ def _body(dataset: xr.Dataset) -> Table:
             *((f"  if it went as {name}", law) for name, law in laws if np.nan_to_num(law).any()),
             ("T/|W|", mean.copy(data=shells)),
         ]
-        if (shells > DIFFERENTIAL * mean.values).any():
+        if differential(shells, mean.values):
             rows.append(("  of the mean angular velocity", mean))
     return _course("The body", [(name, unit_of(series), beyond_round_off(series)) for name, series in rows], below)
 

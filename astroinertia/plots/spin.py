@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.dataset.absent import with_absent
-from astroinertia.dataset.rotation_limits import DIFFERENTIAL, rotational_share
+from astroinertia.dataset.rotation_limits import differential, rotational_share
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade
@@ -115,7 +115,7 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     scale, unit = style.scale_of("1", top)
     axes.set_title("Rotational over gravitational energy")
     error = error_of(dataset, "rotational_to_gravitational", scale)
-    if (shells > DIFFERENTIAL * mean).any():
+    if differential(shells, mean):
         axes.plot(times, shells / scale, color=style.VERMILLION, label="shell by shell")
         axes.plot(times, mean / scale, color=style.BLUE, label="of the mean angular velocity")
         axes.legend(loc="best")
