@@ -477,7 +477,10 @@ class InertiaAccessor:
         low, high = self._time("start", start), self._time("end", end)
         parts = {"dataset": self._between(self.dataset.sortby("time"), low, high)}
         if snapshots is not None:
-            parts["snapshots"] = self._between(snapshots, low, high, "snapshot_time")
+            taken, drawn = snapshots["snapshot_time"].values, parts["dataset"]["time"].values
+            first, last = (float(taken[abs(taken - edge).argmin()]) for edge in (drawn[0], drawn[-1]))
+            ends = (first if low is None else low, last if high is None else high)
+            parts["snapshots"] = self._between(snapshots, *ends, "snapshot_time")
         return parts
 
     def _must_be_inertial(self, what: str) -> None:

@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
@@ -78,6 +79,7 @@ def draw_density(axes: Any, image: np.ndarray, norm: LogNorm, width: float) -> N
 def frame_view(axes: Any, plane: tuple[int, int], unit: str) -> None:
     """Labels and a frame for what is seen on a plane."""
     axes.grid(False)
+    axes.xaxis.set_major_locator(MaxNLocator(5))  # so few that numbers of four digits do not touch
     axes.set_xlabel(style.label(f"${'xyz'[plane[0]]}$", unit))
     axes.set_ylabel(style.label(f"${'xyz'[plane[1]]}$", unit))
     for side in ("top", "right"):
@@ -112,7 +114,7 @@ def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:
     highest = snapshots["density"].max("particle").values
     densest = int(np.argmax(highest))
     if count == 1:
-        return [(0, "start")]
+        return [(0, "snapshot" if snapshots["snapshot_time"][0] > 0 else "start")]
     if highest[densest] < STEADY * min(highest[0], highest[-1]):
         return [(0, "start"), *([(count // 2, "half-way")] if count > 2 else []), (count - 1, "end")]
     if densest in (0, count - 1):
@@ -181,5 +183,5 @@ def _arrows(panels, particles: Matter, half_width: float, length_scale: float, u
             color="white", edgecolor="#00000090", linewidth=0.4, pivot="middle", angles="xy", scale_units="xy",
             scale=fastest / cell, width=0.004, headwidth=3.6, headlength=4,
         )  # fmt: skip
-    speed = raised(written(fastest, *style.scale_of(unit, fastest), digits=2))
+    speed = raised(written(float(f"{fastest:.2g}"), *style.scale_of(unit, fastest)))
     name_view(panels[-1], f"longest arrow: {speed}", 0.035)

@@ -19,6 +19,7 @@ SIDE_ON, POLE_ON = (0, 2), (0, 1)  # what is to the right and upwards in a pictu
 AXES = ("#8fe3ff", "#8dffb0", "#ffffff")  # of the least, the intermediate and the greatest moment, on dark ground
 UNDEFINED = "#b8b8b8"
 SHARE_SHOWN = 0.9  # of the mass, which the width of a picture follows
+DENSE = 0.1  # of the greatest density: what is denser, such as a second body, is in the picture
 CORE = 3.0  # radii of half the mass, which the width follows where matter is so condensed that its core would be a dot
 _EDGE = 0.93  # of the half width, where an axis that reaches out of the picture has its number
 SINKS = "#ffb454"
@@ -119,9 +120,11 @@ def reach(particles: Matter) -> float:
     half, most = radius[order[inside]]
     outermost = radius.max()
     widest = 1.05 * outermost if 1.2 * most < outermost < 1.6 * most else min(1.3 * most, 1.25 * outermost)
-    return float(
-        min(widest, np.sqrt(CORE * half * widest)) if half > 0.0 else widest
-    )  # the middle of core and envelope
+    if half == 0.0:
+        return float(widest)
+    packed = particles.mass / particles.size**3  # as the density
+    dense = 1.1 * radius[packed > DENSE * packed.max()].max()
+    return float(min(widest, max(np.sqrt(CORE * half * widest), dense)))  # the middle of core and envelope
 
 
 def triads(states: Iterable[Matter]) -> list[Triad]:

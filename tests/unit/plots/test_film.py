@@ -83,8 +83,9 @@ def test_a_picture_of_condensed_matter_is_framed_between_core_and_envelope():
     uniform = particle_sphere(2000)
     condensed = np.concatenate([0.01 * uniform, uniform])
     free = np.empty((0, 3)), np.full(3, np.inf)  # without sinks and box
-    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), *free))
-              for points in (uniform, condensed)]  # fmt: skip
+    sizes = np.repeat([0.01, 1.0], 2000)
+    widths = [matter_module.reach(Matter(points, 0 * points, np.ones(len(points)), size, *free))
+              for points, size in ((uniform, sizes[2000:]), (condensed, sizes))]  # fmt: skip
     assert widths[0] == pytest.approx(1.25, rel=0.02)
     assert 0.1 < widths[1] < 0.3
 
@@ -95,6 +96,15 @@ def test_a_picture_of_two_stars_shows_both_of_them_whole():
     points = np.concatenate([star + [1.6, 0, 0], star - [1.6, 0, 0]])
     both = Matter(points, 0 * points, np.ones(len(points)), np.ones(len(points)), np.empty((0, 3)), np.full(3, np.inf))
     assert np.linalg.norm(points, axis=1).max() < matter_module.reach(both) < 3.0
+
+
+def test_a_picture_of_a_planet_shows_the_small_one_that_strikes_it_whole():
+    """An eighth of the mass, three radii away, as dense as the planet."""
+    planet = particle_sphere(2000)
+    points = np.concatenate([planet, 0.5 * planet[::7] + [3.0, 0.0, 0.0]])
+    every = np.ones(len(points))
+    both = Matter(points, 0 * points, every, 0.1 * every, np.empty((0, 3)), np.full(3, np.inf))
+    assert 3.5 < matter_module.reach(both) < 4.5
 
 
 def test_the_camera_stands_still_unless_the_body_changes_by_much():

@@ -390,10 +390,27 @@ def test_snapshots_to_show(snapshots):
     assert falling[0] == (0, "start, densest")
 
 
+def test_numbers_of_four_digits_below_a_small_picture_do_not_touch(series, snapshots):
+    """Of a planet, 8000 km from its middle to its edge; and the speed is written out."""
+    first = snapshots.isel(snapshot_time=[0])
+    lengths = 8.6e6 / reach(matter(first.isel(snapshot_time=0), densest=True))
+    speeds = 5.5e3 / float(abs(first["velocity"]).max())
+    wide = {name: first[name] * lengths for name in ("position", "smoothing_length")}
+    wide["velocity"] = first["velocity"] * speeds
+    wide = first.assign({name: new.assign_attrs(first[name].attrs) for name, new in wide.items()})
+    figure = series.inertia.plot_density(snapshots=wide)
+    assert any("(km)" in text for text, _ in texts(figure))
+    assert_legible(figure)
+    assert not any("e+" in text for text, _ in texts(figure))
+
+
 def test_accessor_draws_the_same_figures(series, snapshots):
     for name in ("inertia", "spin", "ledger", "shape", "energy", "waves", "profiles"):
         assert getattr(series.inertia, f"plot_{name}")().axes
     assert series.inertia.plot_density(snapshots=snapshots.isel(snapshot_time=[0])).axes
+    for part in (series.isel(time=[-1]), series.isel(time=slice(-2, None))):
+        figure = part.inertia.plot_density(snapshots=snapshots)  # of the times of the dataset, or the nearest
+        assert [title for axes in figure.axes if (title := axes.get_title(loc="left"))] == ["snapshot, 323.5 ms"]
     with pytest.raises(AbsentError, match="no snapshots"):
         series.inertia.plot_density()
 
