@@ -27,7 +27,7 @@ example: astroinertia export runs/pulsar_collapse --to gadget
          astroinertia export runs/pulsar_collapse --to vtk --snapshot all --output paraview
          astroinertia export runs/pulsar_collapse/pulsar_collapse.nc --to swift --snapshot 3 --output core.hdf5
          astroinertia export runs/pulsar_collapse --to csv
-         astroinertia moments runs/pulsar_collapse/pulsar_collapse_gadget_027.hdf5
+         astroinertia moments runs/pulsar_collapse/pulsar_collapse_gadget_023.hdf5
 """
 
 
