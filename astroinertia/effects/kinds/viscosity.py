@@ -259,7 +259,7 @@ class Viscosity(Effect):
     (1e-4 c/h)^2), d = div v, which spares shocks. limiter "guarded_reconstruction": the same with the other half of
     their limiter: of pairs nearer than the mean spacing s = (m/rho)^(1/3) less of the linear flow is taken out, by
     exp(-((1 - r/s)/0.2)^2), here 1/(1 + x^2 + x^4/2). Layers that a strong shock drives together stay apart so (the
-    L1 error of a tube's shock of Mach 70 is a tenth smaller), but particles in disorder heat where a smooth flow
+    L1 error of a tube's shock of Mach 60 is a tenth smaller), but particles in disorder heat where a smooth flow
     converges. limiter "balsara": v_r itself, and alpha is reduced by |d|/(|d| + |curl v| + 1e-4 c/h) (Balsara 1995, JCP
     121, 357). None reduces it below alpha_min, which damps noise: of Gresho & Chan's vortex 1452 particles lose 0.162
     (L1 of the velocity) with 0.1, and 0.225 with 0. The figures of shocks are in tests/physics/test_shocks.py: streams
