@@ -349,7 +349,8 @@ class InertiaAccessor:
         [body] has it, where the dataset has its surface; there a body of particles or an ellipsoid, which rotation has
         flattened, sheds mass where that reaches 1, and the limit of shedding is for a body as it would be at rest.
         shedding: "roche", "polytrope n" or a published fit, as bodies.break_up.shedding_share has them; ValueError
-        for another. The last two flags say whether T/|W| lets friction make a bar, and whether it makes one by itself.
+        for another. The last two flags say whether T/|W| (shell by shell, where shells are known) lets friction make a
+        bar, and whether it makes one by itself.
 
         >>> print(f"{float(ds.inertia.rotation_limits().kepler_fraction[0]):.2f}")  # of the rate of an orbit
         0.16
@@ -438,7 +439,7 @@ class InertiaAccessor:
 
     @picture("spin", "spin_figure")
     def plot_spin(self, **options: Any) -> Any:
-        """Spin against the scalings with 1/I and R^-2, and the rotation profile."""
+        """Spin against the scalings with 1/I and R^-2, over them, and T/|W|."""
 
     @picture("attitude", "attitude_figure")
     def plot_attitude(self, **options: Any) -> Any:
@@ -446,11 +447,11 @@ class InertiaAccessor:
 
     @picture("ledger", "ledger_figure")
     def plot_ledger(self, **options: Any) -> Any:
-        """Each effect's share in d2I/dt2, the virial and the torque."""
+        """Each effect's share in d2I/dt2, and the angular momentum that it has given."""
 
     @picture("shape", "shape_figure")
     def plot_shape(self, **options: Any) -> Any:
-        """Axis ratios and the inertia ellipsoid."""
+        """Semi-axes, axis ratios and outlines of the equivalent ellipsoid."""
 
     @picture("energy", "energy_figure")
     def plot_energy(self, **options: Any) -> Any:

@@ -10,7 +10,7 @@ import xarray as xr
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.radii import RATIOS
-from astroinertia.dataset.rotation_limits import differential, rotational_share
+from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
 from astroinertia.dataset.absent import with_absent
-from astroinertia.dataset.rotation_limits import differential, rotational_share
+from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
 from astroinertia.plots.bands import error_of, shade

@@ -31,7 +31,7 @@ from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
 from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
-from astroinertia.dataset.rotation_limits import rotational_share
+from astroinertia.dataset.rotational_share import rotational_share
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.matter.barotropes import polytropic_matter

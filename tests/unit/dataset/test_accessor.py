@@ -14,7 +14,7 @@ from astroinertia import dataset, plots
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.dataset.accessor import InertiaAccessor
 from astroinertia.dataset.picture_methods import OPTIONS
-from astroinertia.dataset.rotation_limits import rotational_share
+from astroinertia.dataset.rotational_share import rotational_share
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from tests.unit.affine_body import METADATA, affine_run
