@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from astroinertia.build import companions, sinks
-from astroinertia.build.effects import effects_of, refuse_in_turning_frame
+from astroinertia.build.effects import effects_of, refuse_in_turning_frame, refuse_without_heat
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.structure import structure
@@ -209,6 +209,8 @@ def refuse_contradictions(scene: Scene) -> None:
     effects = effects_of(scene, units)
     refuse_in_turning_frame(scene, effects)
     if scene.model == "sph":
+        if scene.equation_of_state is not None and scene.equation_of_state.barotropic:
+            refuse_without_heat(effects)
         companions.refuse_with_particles(scene, effects)
         sinks.refuse_before_particles(scene, units, effects)
 

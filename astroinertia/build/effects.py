@@ -45,3 +45,14 @@ def refuse_in_turning_frame(scene: Scene, effects: tuple[Any, ...]) -> None:
     for name, region in scene.regions.items():
         if region.bound:
             raise SceneError(f"[regions.{name}] bound is judged in inertial axes, so it cannot be with {frame}.")
+
+
+def refuse_without_heat(effects: tuple[Any, ...]) -> None:
+    """SceneError where an effect of matter whose pressure follows from the density alone changes its heat."""
+    for effect in effects:
+        if "exchange" in vars(type(effect)):
+            raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
+        if effect.needs_heat:
+            raise SceneError(
+                f"[effects.{effect.kind}] as it is set needs matter that can be warm, an ideal or hybrid gas."
+            )

@@ -10,7 +10,7 @@ import numpy as np
 
 from astroinertia.build import companions, sinks
 from astroinertia.build.combine import check_same_fluid, places, together
-from astroinertia.build.effects import effects_of
+from astroinertia.build.effects import effects_of, refuse_without_heat
 from astroinertia.build.fluids import equation_of_state
 from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
@@ -194,13 +194,8 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
     longest = _end(scene, units) if numerics.max_timestep is None else units.to_code(numerics.max_timestep, "time")
     effects = effects_of(scene, units, scene.particles or count)
     matter = equation_of_state(scene, units, initial)
-    for effect in effects:
-        if "exchange" in vars(type(effect)) and not matter.thermal:
-            raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
-        if effect.needs_heat and not matter.thermal:
-            raise SceneError(
-                f"[effects.{effect.kind}] as it is set needs matter that can be warm, an ideal or hybrid gas."
-            )
+    if not matter.thermal:
+        refuse_without_heat(effects)
     if getattr(matter, "standards", None) is not None:
         effects = tuple(_of_volumes(effect) for effect in effects)
     problem = Problem(

@@ -54,3 +54,19 @@ def test_what_is_of_inertial_axes_is_refused_in_a_rotating_frame(further: str, w
 
 def test_what_does_not_depend_on_the_frame_is_not() -> None:
     refuse_contradictions(loads(SCENE + "[effects.cooling]\ntime_scale = 3.0\n[regions.core]\ninnermost_mass = 0.5\n"))
+
+
+@pytest.mark.parametrize(
+    ("listed", "further"),
+    [
+        ("cooling", "[effects.cooling]\ntime_scale = 3.0\n"),
+        ("viscosity", '[effects.viscosity]\nstress = "trace_free"\n'),
+        ("pressure", '[effects.pressure]\ngradients = "integral"\n'),
+    ],
+)
+def test_what_changes_heat_is_refused_before_the_run_where_matter_has_none(listed: str, further: str) -> None:
+    scene = SCENE.replace("[effects.rotating_frame]\nrate = 0.3\n", "").replace("[effects.pressure]\n", further)
+    refuse_contradictions(loads(scene))
+    cold = scene.replace('"ideal"', '"isothermal"\nsound_speed = 1.0')
+    with pytest.raises(SceneError, match=rf"effects.{listed}\] .*needs matter that can be warm"):
+        refuse_contradictions(loads(cold))
