@@ -27,9 +27,15 @@ def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
     It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
-    would be lost twice, error bars of a closed form, or a companion that begins or comes within a rigid body.
+    would be lost twice, spheres about the middle of several bodies, error bars of a closed form, or a companion that
+    begins or comes within a rigid body.
     """
     _refuse_lost_twice(scene)
+    if scene.bodies and "relativistic_potential" in scene.effects:
+        raise SceneError(
+            "[effects.relativistic_potential] is the mean of relativity's gravity over spheres about the centre of "
+            "mass of all: it is for one [body], and not for [[bodies]]."
+        )
     if scene.output.error_bars and scene.model == "scaling":
         raise SceneError("the model scaling has no error bars: its answers are closed forms.")
     units = code_units(scene)

@@ -11,6 +11,7 @@ from astroinertia.cli.main import main
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.run import loop
 from astroinertia.scene.load import load_file, loads
+from tests.sims import SIMS
 
 SCENE = """name = "fast"
 model = "sph"
@@ -267,3 +268,11 @@ def test_error_bars_of_closed_forms_are_refused_before_a_run_and_a_sweep(tmp_pat
             assert main([command, f"sims/{name}.toml", "--error-bars", *place]) == 2
             assert "the model scaling has no error bars: its answers are closed forms" in capsys.readouterr().err
     assert not any(tmp_path.iterdir())
+
+
+def test_a_mean_over_spheres_is_for_one_body() -> None:
+    """About the centre of mass of two stars, which lies between them, it would pull both to nothing."""
+    merger = load_file(SIMS / "binary_merger.toml", ["effects.relativistic_potential={}"])
+    with pytest.raises(SceneError, match=r"relativistic_potential\] is the mean .*: it is for one \[body\]"):
+        refusals.refuse_impossible(merger)
+    refusals.refuse_impossible(load_file(SIMS / "neutron_star.toml"))
