@@ -207,7 +207,7 @@ class Scene(Part, metaclass=_Called):
     body: AnyBody = Field(description="the body; of several, the first")
     orbit: Orbit | None = Field(default=None, description="an orbit that two bodies are on")
     equation_of_state: AnyEquationOfState | None = Field(
-        default=None, description="of the fluid (models sph and ellipsoid)"
+        default=None, description="of the fluid (not of the model rigid)"
     )
     companions: Annotated[tuple[Companion, ...], BeforeValidator(as_tuple), Field(max_length=MOST_COMPANIONS)] = Field(
         default=(), description="other bodies, as point masses on orbits"
