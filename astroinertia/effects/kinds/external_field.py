@@ -19,7 +19,7 @@ class ExternalField(Effect):
 
         uniform         a = g                              potential -g.d
         quadratic       a = -A d                           d.A.d/2, A symmetric
-        logarithmic     a = -v^2 d/(d^2 + core^2)          v^2/2 ln(d^2 + core^2)
+        logarithmic     a = -v^2 d/(d^2 + core^2)          v^2/2 ln(1 + d^2/core^2)
         point mass      a = -M d/(d^2 + softening^2)^1.5   -M/sqrt(d^2 + softening^2)
 
     Binney & Tremaine (2008), Galactic Dynamics, sections 2.2.2 and 2.3.2.
@@ -86,7 +86,7 @@ class ExternalField(Effect):
         if self.quadratic is not None:
             energy = energy + 0.5 * fluid.mass @ xp.sum(separation * (separation @ xp.asarray(self.quadratic)), axis=1)
         if self.circular_speed is not None:
-            energy = energy + 0.5 * self.circular_speed**2 * fluid.mass @ xp.log(squared + self.core**2)
+            energy = energy + 0.5 * self.circular_speed**2 * fluid.mass @ xp.log1p(squared / self.core**2)
         if self.point_mass is not None:
             energy = energy - self.point_mass * fluid.mass @ (squared + self.softening**2) ** -0.5
         return energy
@@ -125,7 +125,7 @@ class ExternalField(Effect):
         if self.quadratic is not None:
             total = total + 0.5 * separation @ jnp.asarray(self.quadratic) @ separation
         if self.circular_speed is not None:
-            total = total + 0.5 * self.circular_speed**2 * jnp.log(squared + self.core**2)
+            total = total + 0.5 * self.circular_speed**2 * jnp.log1p(squared / self.core**2)
         if self.point_mass is not None:
             total = total - self.point_mass * (squared + self.softening**2) ** -0.5
         return total
@@ -184,7 +184,7 @@ ENTRY = Entry(
         "quadratic": Option(
             "inverse_time_squared", None, "symmetric matrix A of the potential (x - o).A.(x - o)/2", shape=(3, 3),
         ),
-        "circular_speed": positive("velocity", None, "v of the potential v^2/2 ln(|x - o|^2 + core^2)"),
+        "circular_speed": positive("velocity", None, "v of the potential v^2/2 ln(1 + |x - o|^2/core^2)"),
         "core": positive("length", None, "core radius of that potential"),
         "point_mass": positive("mass", None, "M of the potential -M/sqrt(|x - o|^2 + softening^2)"),
         "softening": positive("length", None, "softening of that potential"),

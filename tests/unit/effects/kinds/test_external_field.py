@@ -42,3 +42,18 @@ def test_circular_orbits_have_the_given_speed() -> None:
     for radius in (1.0, 10.0, 100.0):
         pull = effect.acceleration(np, at([[radius, 0.0, 0.0]]))[0, 0]
         assert math.isclose(math.sqrt(-pull * radius), 1.4, rel_tol=1e-11)
+
+
+def test_the_potential_of_the_logarithmic_field_is_the_same_in_any_unit() -> None:
+    """In another unit of length speeds and energies per mass are as they were for the same unit of velocity."""
+    one = catalogue.build("external_field", {"circular_speed": 1.4, "core": 0.3})
+    other = catalogue.build("external_field", {"circular_speed": 1.4, "core": 300.0})
+    place = ball(60)
+    energy, same = (
+        effect.potential_energy(np, SimpleNamespace(position=x, mass=np.ones(len(x))))
+        for effect, x in ((one, place), (other, 1000.0 * place))
+    )
+    assert math.isclose(energy, same, rel_tol=1e-14)
+    at_the_core = catalogue.build("external_field", {"circular_speed": 1.4, "core": 1.0})
+    found = at_the_core.potential_energy(np, SimpleNamespace(position=np.array([[1.0, 0.0, 0.0]]), mass=np.ones(1)))
+    assert math.isclose(found, 0.98 * math.log(2.0), rel_tol=1e-14)
