@@ -32,10 +32,10 @@ def audited(scene: "Scene", begin: Callable[[str], None]) -> "Audit":
 
 def table(audit: "Audit") -> Table:
     """The audit as it is shown: effects called for first."""
-    shown = titled("\nwhat the program of a step holds")
-    columns = ("effect", "called for", "traced operations", "generated operations", "arrays", "objects", "of a step")
+    shown = titled("\nwhat the program of a step holds: operations traced and compiled, arrays, objects")
+    columns = ("effect", "used", "traced", "compiled", "arrays", "objects", "time")
     for number, name in enumerate(columns):
-        shown.add_column(name, justify="left" if number < 2 else "right")
+        shown.add_column(name, justify="left" if number < 2 else "right", no_wrap=not number)
     for share in sorted(audit.shares, key=lambda share: not share.listed):
         style = "green" if share.listed else "dim" if not share.present else "bold red"
         cost = "" if share.seconds is None or not audit.seconds else f"{100.0 * share.seconds / audit.seconds:.0f} %"
@@ -55,4 +55,4 @@ def verdict(audit: "Audit") -> str:
     if audit.seconds is None:
         return summary
     step = f"A step takes {1e3 * audit.seconds:.3g} ms"
-    return f"{summary} {step}; the last column is what it takes less without the effect."
+    return f"{summary} {step}; the time of an effect is what it takes less without."

@@ -287,6 +287,9 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     if not radius[0] > 0 or (np.diff(radius) <= 0).any():
         raise ValueError(f"the radius does not rise at row {int(np.argmax(np.diff(radius, prepend=0.0) <= 0)) + 1}")
     volume = 4 / 3 * np.pi * np.diff(radius**3, prepend=0.0)
+    if "density" in columns and (columns["density"] <= 0).any():
+        row = int(np.argmax(columns["density"] <= 0)) + 1
+        raise ValueError(f"density of row {row} is not positive: it is that of the shell out to the row's radius")
     if "mass" not in columns:
         columns["mass"] = np.cumsum(columns["density"] * volume)
     mass = columns["mass"]
@@ -308,8 +311,6 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
 
 
 def _same_density(stated: np.ndarray, implied: np.ndarray) -> None:
-    if (stated <= 0).any():
-        raise ValueError(f"density of row {int(np.argmax(stated <= 0)) + 1} is not positive")
     apart = float(np.median(np.abs(np.log(stated / implied))))
     if apart > _SAME_DENSITY:
         raise ValueError(f"its densities are {np.exp(apart):.3g} times off what its masses and radii say")

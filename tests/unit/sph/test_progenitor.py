@@ -208,6 +208,10 @@ def test_a_profile_without_pressure_is_put_into_equilibrium(tmp_path):
             + "".join(f"{k + 1},{(k + 1) ** 3 * 4188.79},1000\n" for k in range(9)),
             "1e+03 times off",
         ),
+        (
+            "radius (m), density (kg/m3)\n" + "".join(f"{k + 1},{8 - k}\n" for k in range(9)),
+            "density of row 9 is not positive: it is that of the shell out to the row's radius",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_file_is_reported(tmp_path, text, message):
