@@ -22,8 +22,9 @@ class ParticleParts:
     internal_energy (N,) (of unit mass), thermal_energy (N,) (its part above the cold curve), acceleration (N, 3) (total
     of the previous evaluation, zero on the first), gradients and sums {kind: {output: array}}, memory {name: array},
     points {kind: point masses beside the fluid}, kernel (a name), centre (3,) and centre_velocity (3,) of mass. Pair
-    outputs: "acceleration" (central), "heating" (sum, du/dt), "potential" (sum), "signal" (max, a speed that must not
-    cross a smoothing length within the time step).
+    outputs with a meaning: "acceleration" (central), "heating" (sum, du/dt), "signal" (max, a speed that must not cross
+    a smoothing length within the time step). Others are for the effect itself: gravity's potential_energy sums its
+    "potential" from fluid.sums. Fields and memories have names that no other effect has, or the same array by one name.
     memory may have further_pressure and further_energy (N,): what pressure and specific energy have by an effect beyond
     the equation of state's.
 
@@ -166,7 +167,10 @@ class ParticleParts:
         return None
 
     def virial(self, xp: Any, fluid: Any) -> Any | None:
-        """V (3, 3) = sum m (x - centre) (x) a of a per-particle effect, drag included, by a route of its own."""
+        """V (3, 3) = sum m (x - centre) (x) a of a per-particle effect, drag included, by a route of its own.
+
+        Without it that sum itself is recorded, and nothing checks it.
+        """
         return None
 
     def timestep(self, xp: Any, fluid: Any) -> Any | None:

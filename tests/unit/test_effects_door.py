@@ -11,7 +11,7 @@ import pytest
 
 import astroinertia
 from astroinertia.build.effects import effects_of
-from astroinertia.effects import REQUIRED, Effect, Option, Output, PairTerm, not_negative, positive, pytree
+from astroinertia.effects import REQUIRED, Dimension, Effect, Option, Output, PairTerm, not_negative, positive, pytree
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads, with_effects
 from astroinertia.scene.plan import code_units, plan
@@ -230,6 +230,85 @@ def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
     assert abs(pulled.force).max() < 1e-13 and float(np.trace(pulled.virial_tensor)) < -1e-3
     assert float(abs(pulled.virial_tensor - pulled.virial_tensor.values.T).max()) < 1e-15
     assert float(abs(found.ledger_closure).max()) < 1e-13
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Repulsion(Effect):
+    """A push between neighbours, whose field and memory have the names of another effect's."""
+
+    strength: Any = -5.0
+    named: str = field(default="strength", metadata={"static": True})
+    remembered: str = field(default="", metadata={"static": True})
+    kind: ClassVar[str] = "repulsion"
+    central: ClassVar[bool] = True
+    options: ClassVar = {
+        "strength": Option("dimensionless", -5.0, "of the push"),
+        "named": Option("choice", "strength", "its name", choices=("strength", "sound_speed", "mass")),
+        "remembered": Option("choice", "", "its name", choices=("", "viscosity_alpha")),
+    }
+
+    @property
+    def neighbour_terms(self):
+        """The push."""
+        return (PairTerm(self.kind, pull, (Output("acceleration", "central"),)),)
+
+    def fields(self, xp, fluid):
+        """The strength, of each particle."""
+        return {"strength": xp.zeros_like(fluid.mass)} | {self.named: xp.zeros_like(fluid.mass) + self.strength}
+
+    def initial_memory(self, xp, fluid):
+        """Nothing of use."""
+        return {self.remembered: xp.zeros_like(fluid.mass)} if self.remembered else {}
+
+
+@pytest.mark.parametrize(
+    ("effects", "sentence"),
+    [
+        ([Cohesion(), Repulsion()], "'repulsion' has a field 'strength' of pairs, and 'cohesion' another: rename one"),
+        ([Repulsion(named="sound_speed")], "'repulsion' has a field 'sound_speed' of pairs, and 'pressure' another"),
+        ([Repulsion(named="mass")], "'repulsion' has a field 'mass' of pairs, and every fluid another"),
+        (
+            [Repulsion(remembered="viscosity_alpha")],
+            "'repulsion' and another have a memory 'viscosity_alpha': rename one",
+        ),
+    ],
+)
+def test_a_name_of_a_field_or_a_memory_means_one_array(effects: Any, sentence: str, tmp_path: Path) -> None:
+    text = SCENE.replace("[effects]", "[effects.pressure]\n[effects.viscosity]")
+    text = text.replace("particles = 100", "particles = 100\nspecific_internal_energy = 0.1")
+    with pytest.raises(SceneError, match=sentence):
+        astroinertia.run_scene(loads(text), tmp_path / "run", effects=effects)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Spring(Effect):
+    """A pull a = -k x to the origin, and a turn, without a virial tensor of its own."""
+
+    k: Any = 2.0
+    kind: ClassVar[str] = "spring"
+    external: ClassVar[bool] = True
+    options: ClassVar = {"k": positive(Dimension(0, 0, -2), 2.0, "over the distance")}
+
+    def acceleration(self, xp, fluid):
+        """-k x."""
+        return -self.k * fluid.position
+
+    def drag(self, fluid):
+        """A turn of velocities about z."""
+        return np.array([[0.0, 3.0, 0.0], [-3.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+
+
+def test_the_virial_tensor_of_an_effect_that_states_none_is_that_of_its_forces(tmp_path) -> None:
+    found = astroinertia.open(
+        astroinertia.run_scene(loads(SCENE, ["time.end=0.2"]), tmp_path / "run", effects=[Spring()])
+    )
+    turn = found.mixed_moment.values @ np.asarray(Spring().drag(None)).T
+    expected = turn - 2.0 * found.second_moment.values  # V = sum m x (x) (-k x + M v) = -k Q + P M^T
+    assert found.virial_tensor.sel(effect="spring").values == pytest.approx(expected, abs=2e-3)
+    assert found.virial_tensor.values[0, 0] == pytest.approx(expected[0], abs=1e-14)  # later v is that of a kick's end
+    assert float(found.virial_mismatch.max()) < 1e-14
 
 
 # From an installed package

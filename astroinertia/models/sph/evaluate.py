@@ -6,12 +6,15 @@ P = P_cold(rho) + A rho^gamma, constant but for dissipation. Global steps evalua
 the same parts for some of them, `targets` (n,), with all particles as the sources of the sums.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import reduce
 from typing import Any
 
+from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import COMMON, PairTerm
+from astroinertia.errors import SceneError
 from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
 from astroinertia.models.sph.compiled import compiled
@@ -122,6 +125,8 @@ def with_first_memories(problem: Problem, fluid: Fluid) -> Fluid:
     before, fluid = fluid.memory, replace(fluid, memory={})
     for effect in problem.effects:
         begun = effect.initial_memory(problem.engine.xp, fluid)
+        if shared := sorted(fluid.memory.keys() & begun.keys()):
+            raise SceneError(f"the effect '{effect.kind}' and another have a memory '{shared[0]}': rename one.")
         fluid = replace(fluid, memory=fluid.memory | {name: before.get(name, begun[name]) for name in begun})
     return fluid
 
@@ -135,8 +140,7 @@ def gradients(
     if not terms:
         return {}
     fields |= shared_fields(fluid)
-    for effect in problem.effects:
-        fields.update(effect.gradient_fields(problem.engine.xp, fluid))
+    _add_fields(fields, {effect.kind: effect.gradient_fields(problem.engine.xp, fluid) for effect in problem.effects})
     chosen = {} if targets is None else {"targets": targets}
     sums = problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **chosen)
     return with_inertial_flow(problem, fluid, sums)
@@ -204,9 +208,19 @@ def add_sums(sums: Sums, more: Sums) -> None:
 def pair_fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
     """What the force terms ask for by name."""
     fields = shared_fields(fluid)
-    for effect in problem.effects:
-        fields.update(effect.fields(problem.engine.xp, fluid))
+    _add_fields(fields, {effect.kind: effect.fields(problem.engine.xp, fluid) for effect in problem.effects})
     return fields
+
+
+def _add_fields(fields: dict[str, Array], given: Mapping[str, Mapping[str, Array]]) -> None:
+    """Add what effects give to pairs, {kind: {name: array}}, in place; SceneError where a name means two arrays."""
+    owners: dict[str, str] = {}
+    for kind, arrays in given.items():
+        for name, array in arrays.items():
+            if fields.setdefault(name, array) is not array:
+                other = f"'{owners[name]}'" if name in owners else "every fluid"
+                raise SceneError(f"the effect '{kind}' has a field '{name}' of pairs, and {other} another: rename one.")
+            owners.setdefault(name, kind)
 
 
 def shared_fields(fluid: Fluid) -> dict[str, Array]:
@@ -270,10 +284,18 @@ def virial_tensors(problem: Problem, arrangement: Arrangement, fluid: Fluid) -> 
     tensors = {}
     for effect in problem.effects:
         own = effect.virial(xp, fluid)
+        own = _summed_virial(effect, xp, fluid) if own is None else own
         paired = sums.get(effect.kind, {}).get("virial")
         parts = [part for part in (own, paired) if part is not None]
         tensors[effect.kind] = sum(parts[1:], start=parts[0]) if parts else xp.zeros((3, 3))
     return tensors
+
+
+def _summed_virial(effect: Effect, xp: Any, fluid: Fluid) -> Array | None:
+    """sum m (x - centre) (x) a, (3, 3), of what an effect without a route of its own does to single particles."""
+    matrix = effect.drag(fluid)
+    own = added(effect.acceleration(xp, fluid), None if matrix is None else fluid.velocity @ matrix.T)
+    return None if own is None else (fluid.mass[:, None] * (fluid.position - fluid.centre)).T @ own
 
 
 @compiled
