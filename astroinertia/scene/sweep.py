@@ -55,7 +55,8 @@ class Sweep:
 
     text and overrides: the scene without [sweep], and the --set arguments that go with it; source: the whole text with
     all overrides put in. keys: dotted paths of what varies; members: the values of these keys in each run, in order.
-    axes: of a grid, the values of each key, the last of which varies fastest; empty otherwise.
+    axes: of a grid, the values of each key, the last of which varies fastest; empty otherwise. own: classes of the
+    user's own that were given from Python; no folder keeps them.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Sweep:
     members: tuple[tuple[Any, ...], ...]
     axes: tuple[tuple[Any, ...], ...] = ()
     file: str = field(default="the scene", compare=False)
+    own: tuple[type, ...] = field(default=(), compare=False)
 
     def settings(self, number: int) -> tuple[str, ...]:
         """What is set in the scene of a member, as --set would have it."""
@@ -76,7 +78,8 @@ class Sweep:
     def scene(self, number: int) -> Scene:
         """The scene of a member; SceneError names the member."""
         try:
-            return load.loads(self.text, (*self.overrides, *self.settings(number)), self.origin, self.file)
+            settings = (*self.overrides, *self.settings(number))
+            return load.loads(self.text, settings, self.origin, self.file, effects=self.own)
         except SceneError as error:
             sentence = str(error)
             if any(sentence.startswith(f"--set {shown(item)}: ") for item in self.overrides):
@@ -112,8 +115,11 @@ def of(scene: Any) -> Sweep | None:
     return None if own else loads(text, origin=str(Path.cwd()))
 
 
-def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene") -> Sweep | None:
-    """The sweep in a TOML text, as load_file."""
+def loads(
+    text: str, overrides: Sequence[str] = (), origin: str | None = None, name: str = "the scene",
+    own: tuple[type, ...] = (),
+) -> Sweep | None:  # fmt: skip
+    """The sweep in a TOML text, as load_file; own: classes of the user's own that stand for kinds that it names."""
     tables = override(parse(text, name), overrides)
     if load.SWEEP not in tables:
         return None
@@ -130,7 +136,7 @@ def loads(text: str, overrides: Sequence[str] = (), origin: str | None = None, n
     source = with_overrides(text, overrides)
     sweep = Sweep(
         str(scene_name), kind, without_table(with_overrides(text, ours), load.SWEEP), source, rest, origin, keys,
-        members, axes, name,
+        members, axes, name, own,
     )  # fmt: skip
     for number in range(len(members)):
         sweep.scene(number)

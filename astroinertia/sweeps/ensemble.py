@@ -87,6 +87,8 @@ def run_sweep(
     """
     if workers < 1:
         raise SceneError("the number of workers must be at least 1.")
+    if sweep.own:
+        raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
     folders.describe(sweep, folder)
     count = len(sweep.members)
     with closing(locked(folder)), _session(folder) as session:

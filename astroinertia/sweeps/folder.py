@@ -110,7 +110,7 @@ def place(folder: Path, number: int) -> Path:
 
 def _plain(sweep: Sweep) -> dict[str, Any]:
     content = asdict(sweep)
-    del content["file"]
+    del content["file"], content["own"]
     return content
 
 

@@ -51,7 +51,8 @@ def sensitivity_sweep(
     members = [base] + [base | {key: _moved(key, base[key], 1 + side * step)} for key in by for side in SIDES]
     rows = (", ".join(f'"{key}" = {value_text(value)}' for key, value in member.items()) for member in members)
     listed = ",\n".join(f"    {{{row}}}" for row in rows)
-    sweep = loads(f"{text}\n[sweep]\nmembers = [\n{listed},\n]\n", origin=chosen.origin, name=chosen.name)
+    text = f"{text}\n[sweep]\nmembers = [\n{listed},\n]\n"
+    sweep = loads(text, origin=chosen.origin, name=chosen.name, own=chosen.own_classes)
     assert sweep is not None
     return sweep
 

@@ -1,10 +1,14 @@
 """Gradients against differences of whole runs, against what conservation says, and what is refused."""
 
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
 import numpy as np
 import pytest
 
 import astroinertia
 from astroinertia.build.assemble import prepare
+from astroinertia.effects import Effect, positive, pytree
 from astroinertia.errors import SceneError
 from astroinertia.sweeps import gradient as gradients
 from astroinertia.sweeps.ensemble import run_sweep
@@ -265,3 +269,45 @@ def test_a_key_that_moves_the_end_of_an_effect_is_refused():
     tables = {**STAR, "effects": {"gravity": {}, "pressure": {}, "damping": {"time_scale": 0.3, "until": 0.2}}}
     with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which effects begin or end"):
         astroinertia.gradient(tables, of="angular_momentum.z", by=["effects.damping.until"])
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Motor(Effect):
+    """A torque about z for a while."""
+
+    strength: Any = 0.5
+    lasts: Any = 1.25
+    kind: ClassVar[str] = "motor"
+    external: ClassVar[bool] = True
+    models: ClassVar = ("rigid",)
+    options: ClassVar = {
+        "strength": positive("torque", 0.5, "of the torque"),
+        "lasts": positive("time", 1.25, "how long"),
+    }
+
+    def breaks(self, start, end):
+        """When it ends."""
+        return (float(self.lasts),) if start < self.lasts <= end else ()
+
+    def during(self, start, end):
+        """Nothing after that."""
+        return self if end <= self.lasts else replace(self, strength=0.0)
+
+    def torque(self, body):
+        """About z."""
+        return self.strength * np.array([0.0, 0.0, 1.0])
+
+
+def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path):
+    body = {"kind": "rigid", "mass": 1.0, "radius": 1.0, "moment_ratios": [0.3, 0.35, 0.4], "rotation": {"rate": 0.3}}
+    motor = astroinertia.Scene(
+        name="motor", units="code", model="rigid", body=body, effects=[Motor()], time=3.0, output={"series_every": 1.0}
+    )
+    found = astroinertia.gradient(motor, "angular_momentum.z@end", ["effects.motor.strength"])
+    assert float(found.value) == pytest.approx(0.4 * 0.3 + 0.5 * 1.25, rel=1e-12)
+    assert float(found.gradient[0]) == pytest.approx(1.25, rel=1e-9)  # L = L0 + strength times how long
+    with pytest.raises(SceneError, match="the times at which torques begin, end or strike differ"):
+        astroinertia.gradient(motor, "angular_momentum.z@end", ["effects.motor.lasts"])
+    with pytest.raises(SceneError, match="a sweep takes what is built in or installed, and nothing of your own"):
+        run_sweep(sensitivity_sweep(motor, ["body.rotation.rate"]), tmp_path / "runs")
