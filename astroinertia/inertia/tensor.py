@@ -336,7 +336,7 @@ def require_plausible(inertia: Array) -> None:
     """Refuse a tensor (..., 3, 3) that no body of positive mass has; ValueError that names what fails.
 
     It must be finite, symmetric and positive, and no principal moment may exceed the sum of the other two, each to
-    1e-12 of the largest.
+    1e-12 of the largest. Inside jit a tensor is not seen, and so not refused.
 
     >>> try:
     ...     require_plausible(np.diag([1.0, 1.0, 2.1]))
@@ -344,6 +344,8 @@ def require_plausible(inertia: Array) -> None:
     ...     print(error)
     no body has these moments: 1 + 1 < 2.1, and none may exceed the sum of the other two
     """
+    if not is_known(inertia):
+        return
     tensor = np.asarray(inertia, dtype=float)
     if tensor.shape[-2:] != (3, 3) or not np.isfinite(tensor).all():
         raise ValueError("an inertia tensor has 3 x 3 finite components")

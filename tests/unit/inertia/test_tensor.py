@@ -1,5 +1,6 @@
 """Inertia tensors and what follows from them, against closed forms and plain sums."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -211,6 +212,10 @@ def test_tensors_that_no_body_has_are_refused(inertia, match):
 def test_discs_rods_points_and_spheres_are_plausible(moments):
     axes = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
     tensor.require_plausible(axes @ np.diag(np.array(moments, float)) @ axes.T)
+
+
+def test_a_tensor_that_is_traced_is_not_refused():
+    assert jax.jit(lambda inertia: tensor.require_plausible(inertia) is None)(jnp.eye(3))
 
 
 def test_single_precision_is_kept():
