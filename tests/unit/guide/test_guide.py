@@ -345,7 +345,7 @@ def test_analyses_that_pages_show_run(name, workplace, monkeypatch):
     from matplotlib import pyplot
 
     monkeypatch.chdir(workplace)
-    space = {"astroinertia": astroinertia, "__name__": "__main__"}
+    space = {"__name__": "__main__"}
     for code in blocks(SHOWN[name], "python"):
         if "astroinertia.bodies" not in code:  # those have tests of their own
             exec(compile(code, name, "exec"), space)
@@ -395,7 +395,8 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
             pytest.param("moment-ratios.md", *part, marks=pytest.mark.full(inputs=[page("moment-ratios.md")]))
             for part in (("apsidal", 9), ("own_body", 2))
         ),
-        *(("inertia-toolbox.md", "shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
+        *(("inertia-toolbox.md", "import shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
+        *(("inertia-toolbox.md", "balancing", 3), ("inertia-toolbox.md", "realise", 2)),
         ("precession.md", "frame_dragging", 5),
     ],
 )
