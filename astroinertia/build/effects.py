@@ -31,6 +31,10 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
                 built.append(in_matter(catalogue.build(kind, options, scene.entries).in_units(units), scene, units))
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
+            if kind in scene.own:
+                from astroinertia.effects.own_terms import refuse_wrong_terms  # only here: what is built in is right
+
+                refuse_wrong_terms(built[-1])
     return tuple(built)
 
 

@@ -31,13 +31,14 @@ PARTS = (
 _SHAPES = {
     "torque": (3,), "relative_rotation": (3,), "impulse": (3,), "potential": (), "frequency": (),
     "rigid_virial": (3, 3), "affine_force": (3, 3), "affine_push": (3,), "affine_virial": (3, 3),
-    "affine_potential": (), "affine_heating": (),
+    "affine_potential": (), "affine_heating": (), "drag": (3, 3), "virial": (3, 3), "potential_energy": (),
 }  # fmt: skip
+_OF_EACH = ("timestep", "exchange")  # a number for each particle, or one for all; two of them for what is exchanged
 
 
-def scoped(kind: str, part: Callable) -> Callable:
+def scoped(kind: str, name: str, part: Callable) -> Callable:
     """A part of an effect whose operations carry its name in compiled programs, so that its absence can be shown."""
-    part = part if part.__module__.startswith("astroinertia.") else _checked(kind, part)
+    part = part if part.__module__.startswith("astroinertia.") else _checked(kind, name, part)
 
     @functools.wraps(part)
     def named(*arguments: Any) -> Any:
@@ -49,8 +50,10 @@ def scoped(kind: str, part: Callable) -> Callable:
     return named
 
 
-def _checked(kind: str, part: Callable) -> Callable:
+def _checked(kind: str, name: str, part: Callable) -> Callable:
     """A part of a user's own effect, of which SceneError says what it fails with."""
+
+    given = f"gave {'an' if name[0] in 'aeiou' else 'a'} {name}"
 
     @functools.wraps(part)
     def checked(*arguments: Any) -> Any:
@@ -60,11 +63,19 @@ def _checked(kind: str, part: Callable) -> Callable:
             raise
         except Exception as error:  # whatever a class of the user's own does
             why = f"{type(error).__name__}: {shown(str(error), 200)}"
-            raise SceneError(f"the part {part.__name__} of the effect '{kind}' failed ({why}).") from error
-        needed = np.shape(arguments[-1].position) if part.__name__ == "acceleration" else _SHAPES.get(part.__name__)
-        if value is not None and needed is not None and (shape := np.shape(value)) != needed:
-            given = f"{'an' if part.__name__[0] in 'aeiou' else 'a'} {part.__name__}"
-            raise SceneError(f"the effect '{kind}' gave {given} of the shape {shape}, not {needed}.")
+            raise SceneError(f"the part {name} of the effect '{kind}' failed ({why}).") from error
+        if value is None:
+            return value
+        if name in _OF_EACH:
+            many = np.shape(arguments[-1].mass)
+            if name == "exchange" and not (isinstance(value, tuple) and len(value) == 2):
+                raise SceneError(f"the effect '{kind}' {given} that is not a tuple of two, gain and decay.")
+            for shape in map(np.shape, value if name == "exchange" else (value,)):
+                if shape not in ((), many):
+                    raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {many}.")
+        needed = np.shape(arguments[-1].position) if name == "acceleration" else _SHAPES.get(name)
+        if needed is not None and (shape := np.shape(value)) != needed:
+            raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {needed}.")
         return value
 
     return checked
@@ -103,7 +114,7 @@ class Effect(ParticleParts, AffineParts, RigidParts):
     def __init_subclass__(cls) -> None:
         for name in PARTS:
             if name in vars(cls):
-                setattr(cls, name, scoped(cls.kind, vars(cls)[name]))
+                setattr(cls, name, scoped(cls.kind, name, vars(cls)[name]))
 
     @classmethod
     def from_options(cls, options: dict[str, Any]) -> Self:

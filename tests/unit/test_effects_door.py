@@ -311,6 +311,65 @@ def test_the_virial_tensor_of_an_effect_that_states_none_is_that_of_its_forces(t
     assert float(found.virial_mismatch.max()) < 1e-14
 
 
+# Parts that are not as they must be
+
+
+def with_part(**parts: Any) -> Any:
+    """An effect with these parts."""
+    return pytree(dataclass(frozen=True, eq=False)(type("Odd", (Effect,), {"kind": "odd", **parts})))()
+
+
+def with_term(pair: Any, *outputs: Output, of: str = "odd") -> Any:
+    """An effect with this pair term over neighbours."""
+    return with_part(neighbour_terms=property(lambda self: (PairTerm(of, pair, outputs),)))
+
+
+def near(xp, r, W_i):
+    """One number."""
+    return (r * W_i,)
+
+
+def screened(xp, r):
+    """What no engine compiles."""
+    return (xp.exp(-r),)
+
+
+CENTRAL = Output("acceleration", "central")
+
+
+@pytest.mark.parametrize(
+    ("effect", "sentence"),
+    [
+        (with_term(near, CENTRAL, of="gravity"), "a pair term is of the effect 'gravity', and not of its own"),
+        (with_term(near, CENTRAL, Output("heating", "sum")), "near must return a tuple of 2, a number an output"),
+        (with_term(near, Output("acceleration", "sum")), "acceleration is gathered as 'sum', and must be as 'central'"),
+        (with_term(near, Output("rate", "mean")), "rate is gathered as 'mean', not as central, sum, max, outer"),
+        (
+            with_term(screened, CENTRAL),
+            "neighbour_terms of the effect 'odd': .* xp.exp cannot stand in a pair function",
+        ),
+        (with_part(neighbour_terms=property(lambda self: [near])), "<function near .* is no PairTerm"),
+        (with_part(virial=lambda self, xp, fluid: xp.zeros(3)), r"gave a virial of the shape \(3,\), not \(3, 3\)"),
+        (with_part(drag=lambda self, fluid: -0.1), r"gave a drag of the shape \(\), not \(3, 3\)"),
+        (
+            with_part(potential_energy=lambda self, xp, fluid: fluid.mass),
+            r"gave a potential_energy of the shape \(100,\), not \(\)",
+        ),
+        (
+            with_part(timestep=lambda self, xp, fluid: fluid.position),
+            r"gave a timestep of the shape \(100, 3\), not \(100,\)",
+        ),
+        (
+            with_part(exchange=lambda self, xp, fluid: fluid.mass),
+            "gave an exchange that is not a tuple of two, gain and decay",
+        ),
+    ],
+)
+def test_a_part_that_is_not_as_it_must_be_is_said_in_a_sentence(effect: Any, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=sentence):
+        astroinertia.run_scene(loads(SCENE), tmp_path / "run", effects=[effect])
+
+
 # From an installed package
 
 
