@@ -15,9 +15,10 @@ Nothing is imported or set until one of them is used.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ContextDecorator, suppress
 from os import PathLike, fspath
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -36,6 +37,22 @@ if TYPE_CHECKING:
 Settings = Sequence[str] | Mapping[str, Any]
 
 __all__ = ["Scene", "branch", "gradient", "load", "open", "open_sweep", "open_tree", "resume", "run_scene"]
+
+
+class _OneAtATime(ContextDecorator):
+    """Runs of several threads, one after another: the libraries that write files and compile are not made for more."""
+
+    def __init__(self) -> None:
+        self._lock = RLock()
+
+    def __enter__(self) -> None:
+        self._lock.acquire()
+
+    def __exit__(self, *error: object) -> None:
+        self._lock.release()
+
+
+_one_at_a_time = _OneAtATime()
 
 
 def __getattr__(name: str) -> Any:
@@ -68,6 +85,7 @@ def load(path: str | PathLike[str], settings: Settings = ()) -> "Scene":
     return load_file(path, settings_of(settings))
 
 
+@_one_at_a_time
 def run_scene(
     scene: "Scene | Mapping[str, Any] | str | PathLike[str]",
     folder: str | PathLike[str],
@@ -142,6 +160,7 @@ def run_scene(
         )
 
 
+@_one_at_a_time
 def resume(
     folder: str | PathLike[str], listener: "Listener | None" = None, workers: int = 1, cluster: str | None = None,
     effects: "Sequence[Effect | type[Effect] | Function]" = (), matter: "Matter | type[Matter] | None" = None,
@@ -189,6 +208,7 @@ def resume(
         )
 
 
+@_one_at_a_time
 def branch(
     run: str | PathLike[str], folder: str | PathLike[str], at: Any = None, settings: Settings = (),
     listener: "Listener | None" = None, effects: "Sequence[Effect | type[Effect] | Function]" = (),
@@ -226,6 +246,7 @@ def branch(
         )
 
 
+@_one_at_a_time
 def gradient(scene: "Scene | Mapping[str, Any] | str | PathLike[str]", of: str, by: Sequence[str]) -> "xr.Dataset":
     """The derivatives of a number of a run by keys of its scene; of particles, with the engine xla in float64.
 

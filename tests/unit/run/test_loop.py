@@ -1,9 +1,11 @@
 """Runs record at the times that their scenes name, and say so while they go where they leave their plan."""
 
 import io
+import itertools
 import math
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +113,19 @@ def test_particles_are_run_resumed_and_shown_without_jax(tmp_path: Path) -> None
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     ends = [line for line in done.stdout.splitlines() if "ended with" in line]
     assert ends == [f"{command} ended with 0 False" for command, *_ in commands], done.stderr
+
+
+def test_runs_of_several_threads_come_one_after_another(tmp_path):
+    scene = load_file(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=1 s"])
+    order = []
+
+    def run(name):
+        astroinertia.run_scene(scene, tmp_path / name, callback=lambda state: order.append(name), progress=False)
+
+    threads = [threading.Thread(target=run, args=(name,)) for name in ("one", "two", "three")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(order) == 3 * order.count("one") > 3
+    assert sum(before != after for before, after in itertools.pairwise(order)) == 2
