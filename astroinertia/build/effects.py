@@ -34,7 +34,7 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             if kind in scene.own:
                 from astroinertia.effects.own_terms import refuse_wrong_terms  # only here: what is built in is right
 
-                refuse_wrong_terms(built[-1])
+                refuse_wrong_terms(built[-1], scene.numerics.engine)
     return tuple(built)
 
 

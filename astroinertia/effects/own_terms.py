@@ -1,4 +1,4 @@
-"""Whether the pair terms of an effect of the user's own are such as both engines can carry out.
+"""Whether the pair terms of an effect of the user's own are such as the engine can carry out.
 
 Tests: tests/unit/test_effects_door.py.
 """
@@ -17,14 +17,17 @@ from astroinertia.units import shown
 _GATHERED = {"acceleration": "central", "heating": "sum", "signal": "max"}  # what the sums of a step are taken for
 
 
-def refuse_wrong_terms(effect: Effect) -> None:
-    """SceneError, in a sentence, where a pair term of an effect is none, or is not written as pair functions are."""
+def refuse_wrong_terms(effect: Effect, engine: str) -> None:
+    """SceneError, in a sentence, where a pair term of an effect is none, or none that the engine can carry out."""
     for part in ("gradient_terms", "neighbour_terms", "all_pair_terms"):
         try:
             for term in getattr(effect, part):
                 if not isinstance(term, PairTerm):
                     raise ValueError(f"{shown(repr(term), 60)} is no PairTerm")
                 _refuse_wrong(term, effect.kind, part != "gradient_terms")
+                for function in (term.pair, term.far) if engine == "numba_cpu" else ():
+                    if function is not None:
+                        Sources().add(function)
         except Exception as error:  # whatever a property and a function of the user's own do
             raise SceneError(f"{part} of the effect '{effect.kind}': {shown(str(error), 300)}.") from error
 
@@ -42,7 +45,6 @@ def _refuse_wrong(term: PairTerm, kind: str, forces: bool) -> None:
             continue
         scalars: Any = defaultdict(lambda: np.float64(1.0))
         given = arguments(function, scalars)
-        Sources().add(function)
         with np.errstate(all="ignore"):
             values = function(np, *given)
         if not isinstance(values, tuple) or len(values) != len(term.outputs):
