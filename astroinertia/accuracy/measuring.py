@@ -16,6 +16,7 @@ from astroinertia import dataset as datasets
 from astroinertia.accuracy.knobs import Setting, duration, overridden
 from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
 from astroinertia.build.assemble import metadata, prepare
+from astroinertia.costs import experience
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.loop import Progress, run_prepared
@@ -28,7 +29,7 @@ from astroinertia.storage.cache import content_key
 _RESULT = "measured.json"
 _WARM_UP_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
 _STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
-_warm: set[tuple[Any, ...]] = set()  # what this process has compiled
+_warm: set[Any] = set()  # what this process has compiled
 
 MEMORY_MENTIONED = (
     "the most that the process held while it ran, its code and libraries included (VmHWM of Linux, forgotten before "
@@ -179,21 +180,19 @@ def _compile(scene: Scene) -> None:
     """Take a few steps of a particle scene, once for whatever compiles by itself."""
     if scene.model != "sph":
         return
-    chosen, count = scene.numerics, scene.particles or 0
-    gravity = gravity_method(scene, count) if "gravity" in scene.effects else ""
-    shaped = count if chosen.engine == "xla" else 0
-    what = (
-        tuple(scene.effects), str(scene.equation_of_state), chosen.engine, scene.precision, chosen.kernel,
-        chosen.timesteps, gravity, shaped,
-    )  # fmt: skip
-    if what in _warm:
+    needed: set[Any] = set(experience.programs(scene))
+    if scene.numerics.engine == "xla":
+        needed.add(("particles", scene.particles))
+    if "gravity" in scene.effects and gravity_method(scene, scene.particles or 0) == "multipole":
+        needed.add(("force_error", scene.effects["gravity"]["force_error"]))  # which sets the order of expansions
+    if needed <= _warm:
         return
     prepared = prepare(scene)
     opening = prepared.evolution.record(None)["potential_energy"]
     for _ in range(_WARM_UP_STEPS):
         prepared.evolution.advance(prepared.outputs.end)
     prepared.evolution.record(opening)
-    _warm.add(what)
+    _warm.update(needed)
 
 
 def _rehearse(body: Any, end: float) -> None:

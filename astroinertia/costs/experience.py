@@ -24,7 +24,7 @@ def left_to_compile(scene: Scene) -> float:
 
     By this version, for this processor, and where numba looks for them now: others are of no use.
     """
-    loops = _loops(scene)
+    loops = programs(scene)
     left = sum(weight for key, weight in loops.items() if cache.load("compiled", key) is None)
     return left / sum(loops.values())
 
@@ -37,7 +37,7 @@ def placed(scene: Scene) -> bool:
 def note(scene: Scene) -> None:
     """Particles have been run: their loops are compiled now, and their bodies kept."""
     if scene.model == "sph":
-        for key in _loops(scene):
+        for key in programs(scene):
             cache.save("compiled", key, {"done": np.ones(1)})
         cache.save("placed", _bodies(scene), {"done": np.ones(1)})
 
@@ -47,8 +47,14 @@ def few(scene: Scene) -> bool:
     return scene.particles is not None and scene.particles <= FEW and scene.precision == "float64"
 
 
-def _loops(scene: Scene) -> dict[str, float]:
-    """Keys of what is compiled apart, and how much it is: by effect and precision (records are in float64)."""
+def programs(scene: Scene) -> dict[str, float]:
+    """Keys of what is compiled apart, and how much it is: by effect and precision (records are in float64).
+
+    >>> from astroinertia.scene import load
+    >>> small, large = (load.load_file("sims/evrard.toml", [f"body.particles={n}"]) for n in (1000, 1001))
+    >>> print(programs(small).keys() & programs(large).keys())  # few particles have programs of their own
+    set()
+    """
     numerics, fluid = scene.numerics, scene.equation_of_state
     common: dict[str, Any] = {
         "kernel": numerics.kernel, "engine": numerics.engine, "box": scene.box is not None, "few": few(scene),
