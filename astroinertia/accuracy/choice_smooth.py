@@ -104,7 +104,8 @@ class Ladder:
     wanted: float
     runs: dict[float, Measured] = field(default_factory=dict)
     ended: bool = False
-    least: tuple[float, str] = (math.inf, "no method could be tried")
+    least: tuple[float, str] = (math.inf, "")
+    failure: str = ""
 
     @property
     def following(self) -> float:
@@ -118,7 +119,7 @@ class Ladder:
         label = f"{self.method.name.replace('_', ' ')} {value:g}"
         pilot = self.pilots.run(label, self.method.overrides(value), self.work(value), self.method.stages)
         if pilot.failure:
-            self.ended = True
+            self.ended, self.failure = True, pilot.failure
             return
         self.runs[value] = pilot
         error = self.estimate.error
@@ -232,8 +233,11 @@ def search(pilots: Pilots, accuracy: float, seconds: float) -> Settings | OutOfR
 
 
 def _refusal(ladders: list[Ladder]) -> OutOfReach:
-    error, reason = min(ladder.least for ladder in ladders)
-    return OutOfReach(f"the least error found is {error:.1e}: {reason}")
+    error, label = min(ladder.least for ladder in ladders)
+    if not label:
+        failure = next((ladder.failure for ladder in ladders if ladder.failure), "no two of them agree")
+        return OutOfReach(f"pilots do not tell: {failure.removesuffix('.')}")
+    return OutOfReach(f"the least error found is {error:.1e}: {label}")
 
 
 def _settled(ladder: Ladder) -> Settings:

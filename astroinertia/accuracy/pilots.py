@@ -53,7 +53,7 @@ class Pilots:
         key = tuple(overrides)
         if key not in self.done:
             begin = clock.monotonic()
-            measured = self.done[key] = self._measured(Setting("pilot", label, key))
+            measured = self.done[key] = self._judged(self._measured(Setting("pilot", label, key)))
             self.spent += clock.monotonic() - begin
             taken = work if measured.failure else stages * measured.evaluations
             self.work, self.predicted = self.work + taken, self.predicted + work
@@ -67,6 +67,14 @@ class Pilots:
         if every is None or (scene.model == "sph" and not scene.output.align):
             return 0
         return records(scene.time.end, every) - 1
+
+    def _judged(self, measured: Measured) -> Measured:
+        """A run, which fails where an observable is 0: no error is relative to that."""
+        nothing = (name for name, values in measured.values.items() if not np.any(values))
+        if (name := next(nothing, None)) is None:
+            return measured
+        sentence = f"'{name}' is 0, to which no error is relative; judged_by may name something else"
+        return measuring.failed(sentence, self.observables)
 
     def _measured(self, setting: Setting) -> Measured:
         try:

@@ -76,7 +76,9 @@ def default_names(scene: Scene) -> tuple[str, ...]:
     """
     names = DEFAULTS[scene.model]
     body = scene.body
-    still = body.rotation is None and body.velocity_gradient is None and getattr(body, "law", None) is None
+    gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.asarray(body.velocity_gradient)
+    turning = body.rotation is not None or np.any(gradient != np.diag(np.diag(gradient)))  # strain along axes does not
+    still = not turning and getattr(body, "law", None) is None
     turned = still and scene.model != "rigid" and not scene.companions and not scene.bodies
     return tuple(name for name in names if not (turned and name == "angular_velocity"))
 

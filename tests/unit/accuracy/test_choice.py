@@ -201,6 +201,28 @@ def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(ru
     assert found.settings.errors["gravity"] == 0.0  # the formula's runs do not see it
 
 
+@pytest.mark.parametrize(
+    ("text", "settings", "why"),
+    [
+        (ELLIPSOID, ("judged_by=['torque pressure']",), "'torque pressure' is 0, to which no error is relative"),
+        (TOP, ("judged_by=['density_max']",), "'density_max' is not known"),
+        (TOY_STAR, ("judged_by=['torque pressure']", "model='sph'", *QUIET), "'torque pressure' is 0"),
+    ],
+    ids=["zero", "unknown", "zero_of_particles"],
+)
+def test_an_observable_that_no_error_is_relative_to_is_refused(monkeypatch, tmp_path, text, settings, why):
+    """Once 250 particles were chosen with an error of nan, or a traceback ended the search of an ellipsoid."""
+
+    def measure(scene, observables, folder, listener=None, rehearsed=True):
+        if scene.model == "rigid":
+            return measuring.failed("'density_max' is not known: no model here has it.", observables)
+        return Measured({each.name: [0.0] for each in observables}, {}, *[0.1] * 5, steps=1, evaluations=100)
+
+    monkeypatch.setattr(measuring, "measure", measure)
+    with pytest.raises(choice.UnreachableAccuracy, match=why):
+        choice.choose(load.loads(text, (*settings, "accuracy=0.01")), tmp_path)
+
+
 def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(

@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia.accuracy.selected_observables import components, frequency, parsed, relative_error, value
+from astroinertia.accuracy.selected_observables import (
+    components,
+    default_names,
+    frequency,
+    parsed,
+    relative_error,
+    value,
+)
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene import load
+from tests.sims import SIMS
 
 TIMES = np.linspace(0.0, 20.0, 161)
 TENSOR = np.arange(9.0).reshape(3, 3) + TIMES[:, None, None]
@@ -70,3 +79,14 @@ def test_the_error_of_a_direction_is_an_angle():
     turned = np.array([np.sin(angle), 0.0, np.cos(angle)])
     assert relative_error(turned, np.array([0.0, 0.0, 1.0])) == pytest.approx(angle, rel=1e-8)
     assert np.isnan(relative_error(np.ones(1), np.zeros(1)))
+
+
+@pytest.mark.parametrize(
+    ("gradient", "turns"),
+    [([[0.1, 0, 0], [0, -0.2, 0], [0, 0, 0.1]], False), ([[0, -0.1, 0], [0.1, 0, 0], [0, 0, 0]], True)],
+    ids=["strain_along_axes", "rotation"],
+)
+def test_a_flow_that_turns_nothing_is_not_judged_by_its_angular_velocity(gradient, turns):
+    """Which is 0, to which no error is relative."""
+    scene = load.load_file(SIMS / "free_expansion.toml", [f"body.velocity_gradient={gradient}"])
+    assert ("angular_velocity" in default_names(scene)) == turns
