@@ -41,7 +41,7 @@ SAFETY_OF_TWO = 1.25
 LOWEST_ORDER = 0.5
 LEAST_SHARE = 0.1
 _ALIKE = 0.5  # correlation in time of the differences on two rungs, below which they are scatter that tells no order
-_FEWEST_RECORDS = 4  # of a cubic spline
+_FEWEST_RECORDS = 2  # of a spline, which is a line or a parabola through two or three
 ORDERED = "principal_moments"
 _ROUNDING = 2.0**-52
 

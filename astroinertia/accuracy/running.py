@@ -124,13 +124,20 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
                 raise CompanionInterrupted(folder, _words(run), number + 1, len(runs), share, stopped.by) from None
             outcomes.append((run, outcome))
         chosen = main.attrs.get("model") == "sph" and "choice" in main.attrs
+        comment = _without_bars(outcomes) or (BESIDE_CHOICE if chosen else "")
         return with_error_bars(main, outcomes).assign_attrs(
-            {"error_bars_comment": BESIDE_CHOICE} if chosen else {},
+            {"error_bars_comment": comment} if comment else {},
             error_bars_companion_runs=", ".join(run.name for run in runs),
             error_bars_wall_time=seconds,
         )
 
     return completed
+
+
+def _without_bars(outcomes: Sequence[tuple[CompanionRun, xr.Dataset | str]]) -> str:
+    """Why there are no error bars; empty where there are."""
+    failed = ((_words(run), outcome) for run, outcome in outcomes if isinstance(outcome, str))
+    return next((f"no error bars: the companion run {words} failed: {why.rstrip('.')}" for words, why in failed), "")
 
 
 def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:

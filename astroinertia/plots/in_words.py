@@ -248,9 +248,8 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         share = _drift(whole) / (float(np.linalg.norm(whole, axis=whole.get_axis_num("i")).max()) or np.nan)
         rows.insert(4, ("  and of all bodies together", share, "of its largest"))
     finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
-    return Table(
-        "Accuracy and conservation", (), finite, (_WIDTH, 14), _chosen_for(str(dataset.attrs.get("choice", "")))
-    )
+    below = (_chosen_for(str(dataset.attrs.get("choice", ""))), "" if known_bars(dataset) else _of_bars(dataset))
+    return Table("Accuracy and conservation", (), finite, (_WIDTH, 14), "\n".join(filter(None, below)))
 
 
 def _drift(momentum: xr.DataArray) -> float:
@@ -273,9 +272,14 @@ def _chosen_for(choice: str) -> str:
 def _bars(dataset: xr.Dataset) -> Table:
     bars = {name: bar for name, bar in known_bars(dataset).items() if np.isfinite(bar).any()}
     rows = tuple((words(name), f"{bar[-1]:.2e}", f"{_largest(bar):.2e}") for name, bar in bars.items())
+    head = ("error bar", "at the end", "maximum", "over the value")
+    return Table("Error bars", head, rows, (_WIDTH, 14, 14), _of_bars(dataset))
+
+
+def _of_bars(dataset: xr.Dataset) -> str:
+    """What the file says of its error bars, or why it has none."""
     comment = " ".join(str(dataset.attrs.get("error_bars_comment", "")).split())
-    below = f"{comment}." if comment else ""
-    return Table("Error bars", ("error bar", "at the end", "maximum", "over the value"), rows, (_WIDTH, 14, 14), below)
+    return f"{comment}." if comment else ""
 
 
 def _converged(dataset: xr.Dataset) -> Table | None:

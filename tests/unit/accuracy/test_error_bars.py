@@ -153,6 +153,8 @@ def test_records_at_other_times_are_interpolated_and_the_same_ones_taken_as_they
     assert (at_times(known[[3, 9]], known, values) == values[[3, 9]]).all()
     assert np.isnan(at_times(np.array([1.1]), known, values)).all()
     assert (at_times(known[:2], known[:2], values[:2]) == values[:2]).all()  # a start and an end alone
+    squares = at_times(np.linspace(0.0, 2.0, 9), np.arange(3.0), np.arange(3.0) ** 2)  # of a run of two steps
+    assert squares == pytest.approx(np.linspace(0.0, 2.0, 9) ** 2, abs=1e-15)
 
 
 def test_a_bar_remembers_half_of_the_time():
@@ -376,6 +378,9 @@ def test_a_failing_companion_run_costs_the_bars_and_not_the_run(tmp_path, monkey
     monkeypatch.setattr(runs, "run_scene", failing)
     data = astroinertia.open(astroinertia.run_scene(TOP, tmp_path / "run"))
     assert "attitude_error" not in data and "blew up" in data.inertia.absent["attitude_error"]
+    why = "no error bars: the companion run steps per rotation 80 failed: it blew up"
+    assert data.attrs["error_bars_comment"] == why  # which `run` prints
+    assert f"{why}." in summary(data).splitlines()
     assert np.isfinite(data["attitude"].values).all()
 
 
