@@ -19,6 +19,7 @@ from astroinertia.accuracy.selected_observables import SelectedObservable, relat
 from astroinertia.scene.schema import Scene
 
 _ABOVE = 3.0  # times the floor, from which an error tells the order of one source
+_STEEPER = 1.5  # times theory's order, beyond which two errors tell none: one of them is near where its sign changes
 _SATURATED = 0.3  # a relative error beyond which no power law holds
 _ROUND_OFF = 1e-15  # of an observable's size: differences below it are rounding
 
@@ -248,7 +249,7 @@ def _main_source(
     source = _other_method(table, main, results, errors, size, floor)
     error = errors.get(table.base, float("nan"))
     if not error > _ABOVE * floor and source.law.credible and main.step is not None:
-        error = source.law.at(main.step(table.base.value))
+        error = max(source.law.at(main.step(table.base.value)), _ROUND_OFF)
     return replace(source, error=error)
 
 
@@ -266,7 +267,8 @@ def _other_method(
     if knob.order is not None:
         ladder_errors = np.where(convergence.converging(steps, ladder_errors, knob.order), ladder_errors, np.nan)
     law = convergence.power_law(steps, ladder_errors, _ABOVE * floor)
-    if not law.credible:
+    by_chance = law.points == 2 and knob.order is not None and law.order > _STEEPER * knob.order
+    if not law.credible or by_chance:
         law = convergence.self_convergence(steps, np.stack([result for _, result in sweep.values()]), size, _ROUND_OFF)
     return Source(knob, float("nan"), law, _cost_order(table, steps, ladder))
 

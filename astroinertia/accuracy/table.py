@@ -261,7 +261,7 @@ def _next_digit(table: Table, judged: Judged) -> str:
     now = knob.step(table.base.value if is_main else knob.default)
     value = knob.value_at(now * frontier.step_of_a_digit(limiting.law.order))
     factor = frontier.cost_of_a_digit(limiting.law.order, limiting.cost_order)
-    took = table.measured[table.base].step_time if table.base in table.measured else math.nan
+    took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
     return (
         f"  the next digit costs {factor:.2g} times: {knob.name.replace('_', ' ')} {value:.2g}, "
         f"{duration(factor * took)}"

@@ -1,18 +1,24 @@
 """What a tradeoff runs and finds, with runs in place of which a formula stands: errors whose sources are known."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from astroinertia.accuracy import measuring, table
-from astroinertia.accuracy.analysis import analysed
+from astroinertia.accuracy.analysis import Table, analysed
+from astroinertia.accuracy.exact import Exact
+from astroinertia.accuracy.knobs import Setting, knobs
 from astroinertia.accuracy.measuring import Measured
+from astroinertia.accuracy.selected_observables import parsed
 from astroinertia.accuracy.tradeoff import carry_out
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots.tradeoff import tradeoff_figure
 from astroinertia.scene import load
+from tests.sims import SIMS
 
 SCENE = """
 name = "formula"
@@ -55,7 +61,7 @@ class Formula:
         seconds = 1e-5 * count ** (4 / 3) / factor
         values = {each.name: (self.exact.values[each.variable][2:3, 2] * (1 + error)).tolist() for each in observables}
         names = {each.name: [each.name] for each in observables}
-        return Measured(values, names, seconds, seconds, seconds, 0.0, 1e8, 10)
+        return Measured(values, names, 2.0 * seconds, seconds, seconds, 0.0, 1e8, 10)  # one of two threads waits
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +110,23 @@ def test_sources_of_error_are_separated_with_their_orders(whole):
     assert particles.cost_order == pytest.approx(4.0, abs=1e-6)
 
 
+def test_an_error_that_changes_its_sign_tells_no_order():
+    """Riemann's ellipsoid as it ships: its error was said to be 1.4e-27, of the order 2.36 that two tolerances told."""
+    scene = load.load_file(SIMS / "riemann_ellipsoid.toml")
+    (tolerance, *_), one = knobs(scene), np.ones((3, 3))
+    errors = {1e-4: 2.3e-6, 1e-5: 1.0e-8, 1e-6: -1.5e-8, 1e-7: -3.0e-9, 1e-8: -3.4e-10, 1e-9: -3.5e-11, 1e-13: 1e-15}
+    found = Table(
+        scene, (tolerance,), (parsed("inertia_tensor z z"),), Setting("tolerance", 1e-13, ()),
+        Exact({"inertia_tensor": one}, "made up", 1.4e-14), Path(),
+    )  # fmt: skip
+    for value, error in errors.items():
+        result = {"inertia_tensor z z": [1.0 + error]}
+        found.measured[Setting("tolerance", value, ())] = Measured(result, {}, *[value ** (-1 / 8)] * 5, steps=1)
+    _, found = sources(found)
+    assert not found["tolerance"].law.order > 1.5  # 1 in theory
+    assert found["tolerance"].error >= 1e-15
+
+
 @pytest.mark.full
 def test_another_source_limits_where_it_is_the_larger(formula, tmp_path):
     formula.timestep = 0.2
@@ -132,6 +155,9 @@ def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(whole):
     assert "the next digit costs" in text
     factor = float(text.split("the next digit costs ")[1].split(" times")[0])
     assert factor == pytest.approx(100.0, rel=0.25)
+    (first,) = re.findall(r"particles 2000, in (\d+) ms", text)
+    (then,) = re.findall(r"the next digit costs \S+ times: particles \S+, (\d+) s", text)
+    assert float(then) == pytest.approx(factor * float(first) / 1000.0, rel=0.05)  # of processor time, both
 
 
 def test_what_was_run_is_not_run_again(formula, tmp_path):
