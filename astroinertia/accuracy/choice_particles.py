@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from astroinertia.accuracy import knobs, measuring
-from astroinertia.accuracy.estimates import Estimate
+from astroinertia.accuracy.estimates import Estimate, worst
 from astroinertia.accuracy.knobs import Knob, Setting
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings
@@ -164,7 +164,8 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
         following = int(GROWTH * count)
         steps = {ladder.step(n): ladder.runs[n] for n in sorted(ladder.runs)[-LAST:]}
         if len(steps) >= 2:
-            estimate = pilots.estimate(steps, main.order or 2.0, ORDERS, TRUST)
+            estimates = pilots.estimates(steps, main.order or 2.0, ORDERS, TRUST)
+            estimate = worst([*estimates.values()])
             limit = pilots.limit(steps, estimate.order)
             wanted = _particles(ladder, estimate, OF_RESOLUTION * accuracy)
             affords = partial(ladder.affords, ((fewest, 1.0),), wanted, ladder.factor)
@@ -175,7 +176,8 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
             if wanted > MOST or ladder.seconds(wanted) > seconds:
                 telling = ladder.seconds(following) > min(REFUSING * seconds, PATIENCE) or following > MOST
                 if len(ladder.runs) > 2 and telling:
-                    return _refusal(ladder, estimate, wanted, seconds)
+                    errs_most = max(estimates, key=lambda name: estimates[name].error)
+                    return _refusal(ladder, estimate, wanted, seconds, errs_most if len(estimates) > 1 else "")
             elif not ladder.affords(further, wanted, ladder.factor):
                 return _settled(ladder, estimate, wanted, accuracy)
             elif len(ladder.runs) > 2 and wanted <= BEYOND * count and other(limit, 0.0, affords) is None:
@@ -292,10 +294,11 @@ def _gravity(
     return knob, value, error, why
 
 
-def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float) -> OutOfReach:
+def _refusal(ladder: Ladder, estimate: Estimate, wanted: float, seconds: float, errs_most: str) -> OutOfReach:
     finest = ladder.finest
     most = finest * (seconds / ladder.seconds(finest)) ** (1.0 / COST)
     takes = f"it takes {wanted:.2g} particles and {duration(ladder.seconds(wanted))}"
+    takes += f" for {errs_most}, which errs most" if errs_most else ""
     if most < MOST:
         within, advice = f"in {duration(seconds)} some {most:.2g} particles", "ask for no less, or allow more --minutes"
     else:

@@ -106,15 +106,15 @@ class Pilots:
         self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float], trust: float = math.inf
     ) -> Estimate:
         """The error at the finest of some runs, by their steps: of the least certain observable."""
+        return worst([*self.estimates(ladder, order, orders, trust).values()])
+
+    def estimates(
+        self, ladder: Mapping[float, Measured], order: float, orders: tuple[float, float], trust: float = math.inf
+    ) -> dict[str, Estimate]:
+        """The same of every observable, by its name."""
         runs = {step: run for step, run in ladder.items() if not run.failure}
-        return worst(
-            [
-                estimate(
-                    list(runs), np.array([run.values[observable.name] for run in runs.values()]), order, orders, trust
-                )
-                for observable in self.observables
-            ]
-        )
+        values = {one.name: np.array([run.values[one.name] for run in runs.values()]) for one in self.observables}
+        return {name: estimate(list(runs), each, order, orders, trust) for name, each in values.items()}
 
     def limit(self, ladder: Mapping[float, Measured], order: float) -> Measured:
         """What some runs, by their steps, tend to: the two finest by Richardson's rule."""

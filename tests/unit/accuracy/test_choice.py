@@ -3,6 +3,7 @@
 That it holds on real ones is shown by tests/benchmarks/delivered.py, whose table is committed.
 """
 
+import dataclasses
 import functools
 import math
 import re
@@ -229,6 +230,20 @@ def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
         choice.UnreachableAccuracy,
         match=r"it takes .* particles and .*; in 6 s some .* particles have \S+: ask for no less, or allow more --m",
     ):
+        choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
+
+
+def test_a_refusal_names_the_observable_that_errs_most(runs, tmp_path):
+    """A star at rest beside a companion hardly turns: 1e6 particles were asked for, and no word of its spin."""
+
+    class Spin(Formula):
+        def __call__(self, *arguments, **named):
+            measured = super().__call__(*arguments, **named)
+            error = measured.values["angular_velocity"][0] - 1.0
+            return dataclasses.replace(measured, values={**measured.values, "angular_velocity": [1.0 + 9.0 * error]})
+
+    runs(Spin(resolution=5.0, seconds=1e-3))
+    with pytest.raises(choice.UnreachableAccuracy, match=r"it takes .* for angular_velocity, which errs most; in 6 s"):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
 
