@@ -22,6 +22,7 @@ _MORE_NEIGHBOURS = 2.0  # and particles
 # Of the noise in the inverse of the number of neighbours: between 1/2 of particles in disorder and 1 (Zhu, Hernquist &
 # Li 2015, ApJ 800, 6). Where two runs alone tell of an error half of this is taken (error_bars).
 _NOISE_ORDER = 1.0
+_MOST_STEPS = 10**12  # that a scene may allow
 _FINER = {"tolerance": 0.1, "steps_per_rotation": 0.5}  # of the step, in runs that cost so little
 _COARSER = {"timestep_factor": 2.0, "force_error": 10.0}
 
@@ -71,7 +72,7 @@ def companion_runs(scene: Scene) -> tuple[CompanionRun, ...]:
 def _finer(scene: Scene, knob: Knob) -> CompanionRun:
     """One with a smaller step, and twice as many records: these models shorten steps to meet each of them."""
     assert knob.step is not None
-    quiet, every = ["output.error_bars=false"], cadence(scene).series_every
+    quiet, every = ["output.error_bars=false", *_as_far(scene)], cadence(scene).series_every
     if every is not None and records(scene.time.end, 0.5 * every) <= MOST_RECORDS:
         quiet.append(f"output.series_every={duration(scene, 0.5 * every)}")
     for ratio in (_FINER[knob.name], 1.0 / _FINER[knob.name]):
@@ -84,9 +85,16 @@ def _finer(scene: Scene, knob: Knob) -> CompanionRun:
     raise SceneError(f"error bars need {knob.name.replace('_', ' ')} that can be changed.")
 
 
+def _as_far(scene: Scene) -> tuple[str, ...]:
+    """Steps enough to come as far as a run that ends after a number of them: shorter ones are at most twice as many."""
+    most = scene.time.max_steps
+    return () if most is None else (f"time.max_steps={min(2 * most, _MOST_STEPS)}",)
+
+
 def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionRun]:
     quiet = [
         "output.error_bars=false",
+        *_as_far(scene),
         "output.align=false",  # their steps are to differ, whatever is recorded
         f"output.snapshot_every={duration(scene, scene.time.end)}",
     ]

@@ -299,6 +299,15 @@ def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, 
         assert true < bar < 5.0 * max(true, 1e-14)
 
 
+def test_a_run_that_ends_after_a_number_of_steps_has_bars_to_its_end(tmp_path):
+    """Its finer companion run ended after as many, at half the time, and the bars of the other half were nan."""
+    scene = BY_NAME["rigid_top"].scene("time.end='1 s'", "output.series_every='0.02 s'", "time.max_steps=20", BARS)
+    data = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))
+    assert data["time"][-1] < 0.9
+    assert np.isfinite(data["attitude_error"].values).all()
+    assert companion_runs(BY_NAME["dyson"].scene("time.max_steps=1000000000000"))  # no more than a scene may allow
+
+
 @pytest.mark.full
 def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
     def run(name, *settings):
