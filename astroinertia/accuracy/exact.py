@@ -234,13 +234,19 @@ def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
         return None
     gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient)
     swelling = np.allclose(gradient, gradient[0, 0] * np.eye(3)) and len(set(body.axes)) == 1
-    off = abs((body.pressure_fraction or 1.0) - 1.0)
-    if not swelling or off > _SMALL_PULSATION or body.entropy is not None or body.specific_internal_energy is not None:
+    if not swelling or body.entropy is not None or body.specific_internal_energy is not None:
         return None
+    own = getattr(fluid, "constant", FROM_BODY) == FROM_BODY
+    alike = abs(fluid.gamma - 1.0 - 1.0 / body.polytropic_index) < _CLOSED
     mode = radial_modes(body.polytropic_index, fluid.gamma)[0]
-    if mode.squared_frequency <= 0.0:
+    if mode.squared_frequency <= 0.0 or not (fluid.kind == "ideal" or (own and alike)):
         return None
-    omega = np.sqrt(mode.squared_frequency * initial.mass / (initial.radius * body.axes[0]) ** 3)
+    # A share f of the pressure, f x^(-3 gamma), is in balance with gravity, x^-4, at x times the radius.
+    balance = (body.pressure_fraction or 1.0) ** (1.0 / (3.0 * fluid.gamma - 4.0))
+    off = abs(body.axes[0] / balance - 1.0)
+    if off > _SMALL_PULSATION:
+        return None
+    omega = np.sqrt(mode.squared_frequency * initial.mass / (initial.radius * balance) ** 3)
     source = (
         "frequency of the radial fundamental of a polytrope by Rayleigh and Ritz (bodies.oscillations), to first order "
         "in the amplitude"
