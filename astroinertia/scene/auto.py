@@ -68,8 +68,8 @@ def size_description(size: Size, accuracy: float) -> str:
     change = "all" if size.change >= 1.0 else f"{size.change:.2g}"
     number = f"{size.number:.2g}" if math.isfinite(size.number) else "beyond all bounds"
     return (
-        f"{size.name} is {number}; without it observables would change by {change}, {against}{than} the "
-        f"{accuracy:g} asked ({size.formula}; {size.source})"
+        f"{size.name} is {number}; without it observables would change by {change}, {against}{than} the accuracy of "
+        f"{accuracy:g} ({size.formula}; {size.source})"
     )
 
 
