@@ -6,13 +6,14 @@ scene says `units = "code"`, a plain number. The validation context carries that
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args
 
 import numpy as np
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import BeforeValidator, GetCoreSchemaHandler, ValidationInfo
 from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
 
 from astroinertia.errors import SceneError
 from astroinertia.units import CodeUnits, Dimension, Option, plain_number_hint, quantity, shown
@@ -110,10 +111,19 @@ def described(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a field type with its dimension and sign, for whoever writes, explains or judges scenes."""
+    """Marks a field type with its dimension and sign, by which values are read, explained and judged."""
 
     dimension: str
     sign: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A float that is read by the dimension, in code units where the validation context says so."""
+        return core_schema.with_info_before_validator_function(self._read, handler(source))
+
+    def _read(self, value: Any, info: ValidationInfo) -> float:
+        if self.dimension == "dimensionless":
+            return checked(number(value), self.sign)
+        return checked(dimensional(value, self.dimension, bool((info.context or {}).get("code"))), self.sign)
 
 
 def quantity_of(field: FieldInfo) -> Quantity | None:
@@ -127,48 +137,24 @@ def _metadata(annotation: Any) -> list[Any]:
     return own + [item for argument in get_args(annotation) for item in _metadata(argument)]
 
 
-def _validator(dimension: str, sign: str) -> Callable[[Any, ValidationInfo], float]:
-    def validate(value: Any, info: ValidationInfo) -> float:
-        code = bool(info.context and info.context.get("code"))
-        return checked(dimensional(value, dimension, code), sign)
-
-    return validate
-
-
 _POSITIVE, _NOT_NEGATIVE, _ANY = "positive", "not negative", "any"
 
-Mass = Annotated[float, BeforeValidator(_validator("mass", _POSITIVE)), Quantity("mass", _POSITIVE)]
-Length = Annotated[float, BeforeValidator(_validator("length", _POSITIVE)), Quantity("length", _POSITIVE)]
-Duration = Annotated[float, BeforeValidator(_validator("time", _POSITIVE)), Quantity("time", _POSITIVE)]
-Speed = Annotated[float, BeforeValidator(_validator("velocity", _POSITIVE)), Quantity("velocity", _POSITIVE)]
-Density = Annotated[float, BeforeValidator(_validator("density", _POSITIVE)), Quantity("density", _POSITIVE)]
-AngularVelocity = Annotated[
-    float, BeforeValidator(_validator("angular_velocity", _ANY)), Quantity("angular_velocity", _ANY)
-]
-AngularMomentum = Annotated[
-    float, BeforeValidator(_validator("angular_momentum", _ANY)), Quantity("angular_momentum", _ANY)
-]
-SpecificEnergy = Annotated[
-    float, BeforeValidator(_validator("specific_energy", _NOT_NEGATIVE)), Quantity("specific_energy", _NOT_NEGATIVE)
-]
-Pressure = Annotated[float, BeforeValidator(_validator("pressure", _NOT_NEGATIVE)), Quantity("pressure", _NOT_NEGATIVE)]
-VelocityGradient = Annotated[
-    float, BeforeValidator(_validator("velocity_gradient", _ANY)), Quantity("velocity_gradient", _ANY)
-]
-Angle = Annotated[float, BeforeValidator(_validator("angle", _ANY)), Quantity("angle", _ANY)]
-Place = Annotated[float, BeforeValidator(_validator("length", _ANY)), Quantity("length", _ANY)]
-SpeedComponent = Annotated[float, BeforeValidator(_validator("velocity", _ANY)), Quantity("velocity", _ANY)]
-Moment = Annotated[
-    float, BeforeValidator(_validator("moment_of_inertia", _NOT_NEGATIVE)), Quantity("moment_of_inertia", _NOT_NEGATIVE)
-]
+Mass = Annotated[float, Quantity("mass", _POSITIVE)]
+Length = Annotated[float, Quantity("length", _POSITIVE)]
+Duration = Annotated[float, Quantity("time", _POSITIVE)]
+Speed = Annotated[float, Quantity("velocity", _POSITIVE)]
+Density = Annotated[float, Quantity("density", _POSITIVE)]
+AngularVelocity = Annotated[float, Quantity("angular_velocity", _ANY)]
+AngularMomentum = Annotated[float, Quantity("angular_momentum", _ANY)]
+SpecificEnergy = Annotated[float, Quantity("specific_energy", _NOT_NEGATIVE)]
+Pressure = Annotated[float, Quantity("pressure", _NOT_NEGATIVE)]
+VelocityGradient = Annotated[float, Quantity("velocity_gradient", _ANY)]
+Angle = Annotated[float, Quantity("angle", _ANY)]
+Place = Annotated[float, Quantity("length", _ANY)]
+SpeedComponent = Annotated[float, Quantity("velocity", _ANY)]
+Moment = Annotated[float, Quantity("moment_of_inertia", _NOT_NEGATIVE)]
+Number = Annotated[float, Quantity("dimensionless", _ANY)]
+NumberNotNegative = Annotated[float, Quantity("dimensionless", _NOT_NEGATIVE)]
+PositiveNumber = Annotated[float, Quantity("dimensionless", _POSITIVE)]
 Real = Annotated[float, BeforeValidator(fraction)]
 Whole = Annotated[int, BeforeValidator(whole)]
-Number = Annotated[float, BeforeValidator(number), Quantity("dimensionless", _ANY)]
-NumberNotNegative = Annotated[
-    float,
-    BeforeValidator(lambda value: checked(number(value), _NOT_NEGATIVE)),
-    Quantity("dimensionless", _NOT_NEGATIVE),
-]
-PositiveNumber = Annotated[
-    float, BeforeValidator(lambda value: checked(number(value), _POSITIVE)), Quantity("dimensionless", _POSITIVE)
-]
