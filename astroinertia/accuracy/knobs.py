@@ -97,7 +97,7 @@ def overridden(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     >>> print(overridden(scene, ("numerics.steps_per_rotation=100",)).numerics.steps_per_rotation)
     100.0
     """
-    return load.loads(load.resolved_text(scene), overrides, scene.origin, effects=scene.own_classes)
+    return load.loads(scene.to_toml(), overrides, scene.origin, effects=scene.own_classes)
 
 
 def duration(scene: Scene, value: float) -> str:

@@ -20,7 +20,6 @@ from astroinertia.costs import experience
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.loop import Progress, run_prepared
-from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.atomic import own_folder, read_json, write_json
@@ -100,7 +99,7 @@ def folder_of(place: Path, scene: Scene, setting: Setting) -> Path:
     scene: what `scene_of` gave; its hash in the name tells settings of other scenes apart.
     """
     slug = "".join(letter if letter.isalnum() or letter in ".-" else "_" for letter in setting.label)
-    return own_folder(place, "settings", f"{slug[:60]}-{content_key(scene=load.resolved_text(scene))[:8]}")
+    return own_folder(place, "settings", f"{slug[:60]}-{content_key(scene=scene.to_toml())[:8]}")
 
 
 def stored(folder: Path, observables: Sequence[SelectedObservable]) -> Measured | None:

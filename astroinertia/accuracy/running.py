@@ -21,7 +21,6 @@ from astroinertia.errors import ArchiveError, CompanionInterrupted, NumericalErr
 from astroinertia.run import loop
 from astroinertia.run.callback import STOPPED, Callback, callback_of
 from astroinertia.run.loop import Completion, Listener, Progress
-from astroinertia.scene import load
 from astroinertia.scene.changed import going_on
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import MANIFEST, Archive
@@ -145,7 +144,7 @@ def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | Non
     if not (folder / MANIFEST).exists():
         return datasets.open(loop.run_scene(companion.scene, folder, listener, deadline=deadline))
     archive = Archive.view(folder)
-    if archive.metadata["scene"] != load.resolved_text(companion.scene):
+    if archive.metadata["scene"] != companion.scene.to_toml():
         raise ArchiveError(f"{folder} holds a companion run of another scene; remove it, or choose another folder.")
     return datasets.open(
         archive.finished or loop.resume(folder, listener, deadline=deadline, effects=companion.scene.own_classes)

@@ -19,7 +19,6 @@ from astroinertia.costs.machine import described
 from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
 from astroinertia.process.words import duration
-from astroinertia.scene import load
 from astroinertia.storage.atomic import write_whole
 
 FILE = "tradeoff.nc"
@@ -53,7 +52,7 @@ def dataset(table: Table) -> xr.Dataset:
         "source": f"astroinertia, model {table.scene.model}",
         "astroinertia_tradeoff_format": FORMAT,
         "name": table.scene.name,
-        "scene": load.resolved_text(table.scene),
+        "scene": table.scene.to_toml(),
         "base": table.base.label,
         "left_out": json.dumps(left),
         "left_out_comment": "settings that did not fit into the budget, with the seconds that they would take",

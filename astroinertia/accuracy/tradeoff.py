@@ -18,7 +18,6 @@ from astroinertia.accuracy.exact import Exact, exact
 from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
-from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.atomic import read_json, write_json
 from astroinertia.storage.cache import content_key
@@ -216,7 +215,7 @@ def _chosen(all_knobs: tuple[Knob, ...], only: Sequence[str]) -> tuple[Knob, ...
 
 def stored_exact(scene: Scene, folder: Path) -> Exact | None:
     """The exact answer, kept in the folder, for some take a while to find."""
-    path, key = folder / _EXACT, content_key(scene=load.resolved_text(scene))
+    path, key = folder / _EXACT, content_key(scene=scene.to_toml())
     try:
         stored = read_json(path)
         if stored["scene"] == key:

@@ -222,7 +222,7 @@ def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:
     return {
         "name": scene.name,
         "description": scene.description,
-        "scene": load.resolved_text(scene),
+        "scene": scene.to_toml(),
         "plan": plan(scene).text(),
         "origin": scene.origin,
         "overrides": list(scene.overrides),

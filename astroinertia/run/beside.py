@@ -18,7 +18,6 @@ from typing import Any
 
 from astroinertia.costs.compiling import by_two_processes
 from astroinertia.engines import hosts
-from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 
 PATIENCE = 2.0  # s, for the other process to end
@@ -49,7 +48,7 @@ def _helped(scene: Scene) -> Iterator[None]:
 def _process(scene: Scene, file: Any) -> Iterator[None]:
     import subprocess  # where something is compiled
 
-    file.write(json.dumps([load.resolved_text(scene), scene.origin]).encode())
+    file.write(json.dumps([scene.to_toml(), scene.origin]).encode())
     file.flush()
     command = [sys.executable, "-P", "-m", "astroinertia.run.ahead", str(file.fileno())]
     env = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}

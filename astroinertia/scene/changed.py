@@ -8,7 +8,7 @@ from typing import Any
 
 from astroinertia.effects.doors import as_written, made_of
 from astroinertia.errors import SceneError
-from astroinertia.scene.load import loads, refuse_other_options, resolved_text
+from astroinertia.scene.load import loads, refuse_other_options
 from astroinertia.scene.plan import cadence
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.text import toml_value
@@ -76,7 +76,7 @@ def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any]) -> S
 
 def with_settings(scene: Scene, settings: Sequence[str], effects: Sequence[Any] = ()) -> Scene:
     """The scene with settings put in, and effects of the user's own besides."""
-    return loads(resolved_text(scene), settings, scene.origin, effects=(*scene.own_classes, *effects))
+    return loads(scene.to_toml(), settings, scene.origin, effects=(*scene.own_classes, *effects))
 
 
 def key_of(setting: str) -> str:

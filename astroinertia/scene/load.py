@@ -227,11 +227,6 @@ def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, A
     return {**written, **{key: body[key] for key in stays if isinstance(body, dict) and key in body}}
 
 
-def resolved_text(scene: schema.Scene) -> str:
-    """One TOML text that gives the scene back: its source with the overrides put in."""
-    return scene.to_toml()
-
-
 def _message(problem: Problem) -> str:
     return f"{place(problem.path, problem.table)}{problem.message}" if problem.path else problem.message.lstrip(": ")
 

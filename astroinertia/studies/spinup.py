@@ -96,7 +96,7 @@ def spin_up(
     """
     wanted = [*settings, *([] if model is None else [f"model={model}"])]
     if isinstance(scene, Scene):
-        effects, text = scene.own_classes, load.resolved_text(scene)
+        effects, text = scene.own_classes, scene.to_toml()
         chosen = load.loads(text, wanted, scene.origin, effects=effects) if wanted else scene
     else:
         chosen = load.load_file(scene, wanted)

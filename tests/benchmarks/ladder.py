@@ -195,7 +195,7 @@ def shells_moment(scene: Scene, zones: int) -> float:
         units = code_units(scene)
         ball = sphere(scene, units)
         fluid = equation_of_state(scene, units, ball)
-        one_zone: Any = prepare(load.loads(load.resolved_text(scene), ("model='scaling'",), scene.origin)).evolution
+        one_zone: Any = prepare(load.loads(scene.to_toml(), ("model='scaling'",), scene.origin)).evolution
         spin = one_zone.body
     rate = float(np.linalg.norm(spin.angular_momentum)) / (2 / 3 * float(np.trace(spin.second_moment)))
     # Nearly even in radius: a centre has m ~ r^3, the surface of this polytrope 1 - m ~ (R - r)^4.

@@ -81,7 +81,7 @@ def stopped_folders(folder: Path, names: tuple[str, ...] = tuple(SCENES)) -> dic
         place = made[name] = folder / name
         run_scene(load.loads(SCENES[name].replace("LAST", HALF)), place).unlink()
         content = json.loads((place / manifests.MANIFEST).read_text())
-        content["metadata"]["scene"] = load.resolved_text(load.loads(SCENES[name].replace("LAST", WHOLE)))
+        content["metadata"]["scene"] = load.loads(SCENES[name].replace("LAST", WHOLE)).to_toml()
         rehashed(place, content | {"final": None})
     return made
 

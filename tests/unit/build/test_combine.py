@@ -11,7 +11,7 @@ from astroinertia.build.placing import particles
 from astroinertia.build.sph import problem_of
 from astroinertia.errors import SceneError
 from astroinertia.scene.example import example_text
-from astroinertia.scene.load import loads, resolved_text
+from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 
 PAIR = """
@@ -116,7 +116,7 @@ def test_units_are_the_mass_of_all_and_the_radius_of_the_first() -> None:
 def test_overrides_reach_one_of_the_bodies_and_are_kept() -> None:
     scene = loads(PAIR, ["bodies.1.particles=50", "bodies.0.rotation.rate=0.1"])
     assert [body.particles for body in scene.bodies] == [40, 50]
-    again = loads(resolved_text(scene))
+    again = loads(scene.to_toml())
     assert again.bodies == scene.bodies and again.body == scene.bodies[0]
     assert again.body.rotation is not None and again.body.rotation.rate == 0.1
 

@@ -30,7 +30,7 @@ def dataset(name, series, *settings):
     moment = series.get("moment", np.linspace(1.0, 0.5, count))[:, None, None] * np.eye(3)
     variables = {key: ("time", values) for key, values in series.items() if key != "moment"}
     variables["inertia_tensor"] = (("time", "i", "j"), moment)
-    return xr.Dataset(variables, attrs={"scene": load.resolved_text(scene(name, *settings))})
+    return xr.Dataset(variables, attrs={"scene": scene(name, *settings).to_toml()})
 
 
 def evrard(end=2.0, count=101, *settings):

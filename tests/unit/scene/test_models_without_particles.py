@@ -3,7 +3,7 @@
 import pytest
 
 from astroinertia.errors import SceneError
-from astroinertia.scene.load import loads, resolved_text
+from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
 
 TOP = """\
@@ -66,7 +66,7 @@ def test_a_rigid_body_needs_no_particles_no_fluid_and_no_radius():
     scene = loads(TOP)
     assert scene.body.moments == (1.0, 2.0, 3.0) and scene.equation_of_state is None
     assert code_units(scene).length == pytest.approx(1.5**0.5)
-    assert loads(resolved_text(scene)) == scene
+    assert loads(scene.to_toml()) == scene
 
 
 def test_companions_are_read_in_si_with_angles_in_radians():

@@ -14,7 +14,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene import schema, sweep as sweeps
 from astroinertia.scene.example import example_text
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.load import KINDS, load_file, loads, resolved_text
+from astroinertia.scene.load import KINDS, load_file, loads
 from astroinertia.scene.plan import cadence, code_units, plan, records, smoothing
 from astroinertia.scene.text import toml_text, with_overrides
 from astroinertia.units import DIMENSIONLESS, GRAVITATIONAL_CONSTANT, LIGHT, REQUIRED, SOLAR_MASS
@@ -208,7 +208,7 @@ def test_an_override_cannot_smuggle_in_more_than_one_key():
 )
 def test_one_text_gives_the_scene_back(overrides):
     scene = loads(SCENE, overrides)
-    again = loads(resolved_text(scene))
+    again = loads(scene.to_toml())
     assert same(again, scene)
     assert again.overrides == ()
 

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from astroinertia.build.assemble import prepare
 from astroinertia.errors import SceneError
-from astroinertia.scene.load import loads, resolved_text
+from astroinertia.scene.load import loads
 from astroinertia.scene.scales import code_units
 from astroinertia.sph import profiles
 from astroinertia.sph.placement import azimuthal_mode, isotropised, place, turned
@@ -333,7 +333,7 @@ def test_several_tables_need_no_units_where_each_states_its_own_or_all_are_in_si
         centre = PLACES[:, 0] @ PLACES[:, 1:] / PLACES[:, 0].sum()
         radius = 1e3 * np.linalg.norm(PLACES[:, 1:] - centre, axis=1).max()
         assert code_units(stated).length == pytest.approx(radius, rel=1e-9)
-        assert code_units(loads(resolved_text(stated))) == code_units(stated)  # without the files
+        assert code_units(loads(stated.to_toml())) == code_units(stated)  # without the files
     with pytest.raises(SceneError, match=r'whose file si\.csv states no units; a table in SI takes units = "SI"'):
         scene("", "heads.csv", "si.csv")
 
