@@ -14,16 +14,7 @@ from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale
-from astroinertia.plots.ellipsoid import (
-    AXES,
-    INERTIA_COLOUR,
-    LEAST_MOMENT,
-    draw_axes,
-    draw_curves,
-    draw_ellipsoid,
-    view_of,
-)
-from astroinertia.plots.polhodes import polhode
+from astroinertia.plots.ellipsoid import AXES, LEAST_MOMENT, draw_inertia_ellipsoid, view_of
 from astroinertia.rotation.attitude import euler_angles
 
 SPARSE = 0.7  # rad that something turns by from output to output: beyond it, lines would join what is not joined
@@ -31,7 +22,6 @@ FASTEST = 2.5  # rad of precession from output to output beyond which turns cann
 STEADY = 1e-6  # change of the direction of L, rad, below which it counts as fixed, and angles are measured from it
 SLIGHT_WOBBLE = 1e-4  # of the rate: a wobble that is smaller is drawn by itself
 NO_WOBBLE = 1e-12  # of the rate: what is smaller is round-off
-_SHARES = (0.3, 0.6, 0.85)
 _STILL, _SLIGHT = 1e-6, 1e-2  # deg of nutation: below the first none is shown, below the second in mas
 _MAS = 1.0 / 3.6e6  # deg
 
@@ -231,17 +221,9 @@ def _polhode(panel, dataset: xr.Dataset, rotation: Motion) -> None:
     moments = np.maximum(rotation.moments, LEAST_MOMENT * rotation.moments[2])
     gaps = _gaps(moments)
     defined = np.array([gaps[0], gaps.all(), gaps[1]])
-    view, frame = view_of(np.eye(3)), np.eye(3)
-    lengths = 1.0 / np.sqrt(moments)
-    reach = float(lengths.max())
-    draw_ellipsoid(panel, lengths / reach, frame, view, INERTIA_COLOUR)
-    for around in (0, 2):
-        for share in _SHARES if defined[around] else ():
-            draw_curves(panel, polhode(moments, share, around), moments, frame, view, reach, style.GREY, 0.7)
-    if gaps.all():
-        draw_curves(panel, polhode(moments, 1.0, 2), moments, frame, view, reach, style.INK, 1.3)
+    view = view_of(np.eye(3))
+    reach = draw_inertia_ellipsoid(panel, moments, np.eye(3), defined, view)
     _track(panel, dataset, rotation, moments, view, reach)
-    draw_axes(panel, lengths / reach, frame, defined, view)
     panel.set_title("Polhode: the tip of $\\omega$ on the inertia ellipsoid")
     text = "dots: start (white), end (black)\n" + ("black line: separatrix" if gaps.all() else "equal moments: circles")
     panel.text(0.03, 0.03, text, transform=panel.transAxes, fontsize=9, color=style.GREY)
@@ -291,23 +273,12 @@ def _errors(axes, dataset: xr.Dataset) -> None:
         energy = dataset["total_energy"].values - dataset["total_energy"].values[0]
     free = float(turned) < STEADY * size
     unowned = np.linalg.norm(momentum - momentum[0] - owned, axis=1) / size
+    # Where torques act and the model does not sum what they give, nothing can be said of the angular momentum.
+    unowned = unowned if free or np.isfinite(impulse).any() else np.zeros_like(unowned)
     lines = [
-        # where torques act and the model does not sum what they give, nothing can be said of the angular momentum
-        (unowned if free or np.isfinite(impulse).any() else np.zeros_like(unowned), "angular momentum", style.BLUE),
-        (abs(energy) / energy_scale(dataset), "energy", style.VERMILLION),
-        (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN),
+        (unowned, "angular momentum", {"color": style.BLUE}),
+        (abs(energy) / energy_scale(dataset), "energy", {"color": style.VERMILLION}),
+        (dataset["ledger_closure"].values, "closure of the inertia ledger", {"color": style.GREEN}),
     ]
     axes.set_title("What no effect accounts for, over the largest")
-    drawn = [values for values, _, _ in lines if (values > 0).any()]
-    if not drawn:
-        style.note(axes, "nothing to the last bit", timed=True)
-        return
-    for values, text, colour in lines:
-        if (values > 0).any():
-            style.curve(axes, times, np.where(values > 0, values, np.nan), color=colour, linewidth=1.3, label=text)
-            axes.set_yscale("log")
-    low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
-    axes.set_ylim(max(low, 1e-18), max(high, 30 * low))
-    style.plain_log(axes.yaxis, *axes.get_ylim())
-    axes.set_ylabel("relative size")
-    axes.legend(loc="best")
+    style.relative_sizes(axes, times, lines, loc="best")

@@ -90,22 +90,13 @@ def _body(panel, dataset: xr.Dataset, axes, defined, view, points) -> None:
 
 def _inertia(panel, moments, axes, defined, view) -> None:
     floored = np.maximum(moments, LEAST_MOMENT * moments[2])
-    lengths = 1.0 / np.sqrt(floored)
-    reach = lengths.max()
-    draw_ellipsoid(panel, lengths / reach, axes, view, INERTIA_COLOUR)
-    families = [around for around in (0, 2) if defined[around]]
-    for around in families:
-        for share in SHARES:
-            draw_curves(panel, polhode(floored, share, around) @ axes, floored, axes, view, reach, AXES[around], 1.1)
-    if len(families) == 2:
-        draw_curves(panel, polhode(floored, 1.0, 2) @ axes, floored, axes, view, reach, style.INK, 1.9)
-    draw_axes(panel, lengths / reach, axes, defined, view)
+    draw_inertia_ellipsoid(panel, floored, axes, defined, view, SHARES, AXES, (1.1, 1.9))
     heading(panel, "Inertia ellipsoid $x$·$I$·$x$ = 1, and polhodes")
     text = {
         2: "free rotation is stable about 1 and 3; about 2 it runs off along the black curve",
         1: "two moments are equal: the polhodes are circles about the third axis",
         0: "all moments are equal: free rotation is steady about any axis",
-    }[len(families)]
+    }[int(defined[0]) + int(defined[2])]
     _note(panel, f"a thin rod: drawn with a least moment of {LEAST_MOMENT:g} of the greatest"
                  if moments[0] < LEAST_MOMENT * moments[2] else text)  # fmt: skip
 
@@ -156,6 +147,27 @@ def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) 
     panel.set_xlim(-1.48, 1.48)
     panel.set_ylim(-1.3, 1.38)
     panel.axis("off")
+
+
+def draw_inertia_ellipsoid(
+    panel, moments, axes, defined, view, shares=(0.3, 0.6, 0.85), colours=(style.GREY,) * 3, widths=(0.7, 1.3)
+) -> float:
+    """The ellipsoid x.I.x = 1 with its axes, polhodes about those that are defined, and the separatrix between them.
+
+    moments (3,) ascending, axes as rows; shares of the way from an axis to the separatrix, and widths of polhodes and
+    separatrix. Returns what lengths on it are divided by.
+    """
+    lengths = 1.0 / np.sqrt(moments)
+    reach = float(lengths.max())
+    draw_ellipsoid(panel, lengths / reach, axes, view, INERTIA_COLOUR)
+    for around in (0, 2):
+        for share in shares if defined[around] else ():
+            curves = polhode(moments, share, around) @ axes
+            draw_curves(panel, curves, moments, axes, view, reach, colours[around], widths[0])
+    if defined[0] and defined[2]:
+        draw_curves(panel, polhode(moments, 1.0, 2) @ axes, moments, axes, view, reach, style.INK, widths[1])
+    draw_axes(panel, lengths / reach, axes, defined, view)
+    return reach
 
 
 def draw_curves(panel, curves, moments, axes, view, reach, colour, width) -> None:

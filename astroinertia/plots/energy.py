@@ -90,24 +90,11 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     largest = energy_scale(dataset)
     axes.set_title("Change of the total, and what no effect accounts for, over the largest energy")
     total = dataset["total_energy"].values
+    error = abs(dataset["integration_energy_error"].values) / largest
     lines = [
-        (abs(total - total[0]) / largest, "change of the total", style.GREY, 3.2, 0.6),
-        (abs(dataset["integration_energy_error"].values) / largest, "integration error", style.VERMILLION, 1.3, 1.0),
-        (dataset["ledger_closure"].values, "closure of the inertia ledger", style.GREEN, 1.3, 1.0),
+        (abs(total - total[0]) / largest, "change of the total", {"color": style.GREY, "linewidth": 3.2, "alpha": 0.6}),
+        (error, "integration error", {"color": style.VERMILLION}),
+        (dataset["ledger_closure"].values, "closure of the inertia ledger", {"color": style.GREEN}),
     ]
-    drawn = []
-    for values, text, colour, width, alpha in lines:
-        if (values > 0).any():
-            shown = np.where(values > 0, values, np.nan)
-            style.curve(axes, times, shown, color=colour, linewidth=width, alpha=alpha, label=text)
-            axes.set_yscale("log")
-            drawn.append(values)
-    if not drawn:
-        style.note(axes, "nothing to the last bit", timed=True)
-        return
-    low, high = style.robust_limits(np.concatenate(drawn), 1e-18)
-    axes.set_ylim(max(low, 1e-17), high)
-    style.plain_log(axes.yaxis, *axes.get_ylim())
-    axes.set_ylabel("relative size")
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    style.relative_sizes(axes, times, lines, loc="center left", bbox_to_anchor=(1.0, 0.5))
     style.mark_compression(axes, dataset, factor)

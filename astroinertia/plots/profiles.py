@@ -1,10 +1,7 @@
 """Profiles over shells of equal mass, at several times."""
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
@@ -31,24 +28,15 @@ def profiles_figure(dataset: xr.Dataset) -> Figure:
     with style.styled():
         figure = style.begin(dataset, "profiles", (13.0, 4.9) if spins else (7.0, 4.9))
         panels = np.atleast_1d(figure.subplots(1, len(drawn)))
-        _, factor, time_label = style.shown_times(dataset)
         chosen = style.picked_times(dataset, CURVES)
-        times = dataset["time"].values / factor
-        norm = Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf)))
         for axes, (name, text, title) in zip(panels, drawn, strict=True):
-            _profile(axes, dataset, name, text, chosen, norm, factor)
+            _profile(axes, dataset, name, text, chosen)
             axes.set_title(title)
-        bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=list(panels), aspect=28, pad=0.01)
-        bar.set_label(time_label)
-        bar.outline.set_visible(False)  # type: ignore[operator]
-        for index in chosen:
-            bar.ax.plot([0, 1], [times[index]] * 2, color="white", linewidth=1.2)
+        style.time_bar(figure, panels, dataset, chosen, pad=0.01)
         return figure
 
 
-def _profile(
-    axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray, norm: Normalize, factor: float
-) -> None:
+def _profile(axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray) -> None:
     variable = dataset[name].transpose("time", "radius_bin")
     radius = dataset["radius_profile"].transpose("time", "radius_bin")
     if variable.isnull().all() or radius.isnull().all():
@@ -59,10 +47,9 @@ def _profile(
     positive = values[np.isfinite(values)]
     logarithmic = len(positive) > 0 and (positive > 0).all() and positive.max() > 20 * positive.min()
     scale, unit = (1.0, style.unit_of(variable)) if logarithmic else style.scale_of(style.unit_of(variable), values)
-    colours = matplotlib.colormaps[style.TIME_MAP]
+    colours = style.time_colours(dataset).to_rgba(style.shown_times(dataset)[0])
     for index in chosen:
-        at = float(dataset["time"][index]) / factor
-        axes.plot(radius[index] / length_scale, variable[index] / scale, color=colours(norm(at)), linewidth=1.6)
+        axes.plot(radius[index] / length_scale, variable[index] / scale, color=colours[index], linewidth=1.6)
     reach = radius.values[chosen] / length_scale
     axes.set_xscale("log")
     style.plain_log(axes.xaxis, np.nanmin(reach), np.nanmax(reach))

@@ -1,10 +1,7 @@
 """The shape: semi-axes of the equivalent ellipsoid, their ratios, and the ellipsoid itself through time."""
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
@@ -78,11 +75,8 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
 
 
 def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
-    _, factor, time_label = style.shown_times(dataset)
     chosen = style.picked_times(dataset, OUTLINES)
-    seconds = dataset["time"].values
-    norm = Normalize(seconds[0] / factor, max(seconds[-1] / factor, np.nextafter(seconds[0] / factor, np.inf)))
-    colours = matplotlib.colormaps[style.TIME_MAP]
+    colours = style.time_colours(dataset).to_rgba(style.shown_times(dataset)[0])
     inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values
     shapes = 5.0 * second_moment_from_inertia(inertia) / dataset["mass"].values[:, None, None]
     larger = _enlargement(shapes[chosen])
@@ -97,7 +91,7 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
             enlarged = _power(shapes[index] / size**2, larger)[np.ix_([first, second], [first, second])]
             outline = _power(enlarged, 0.5) @ _CIRCLE
             reach = max(reach, float(abs(outline).max()))
-            axes.plot(*outline, color=colours(norm(seconds[index] / factor)), linewidth=1.8)
+            axes.plot(*outline, color=colours[index], linewidth=1.8)
         axes.set_aspect("equal")
         axes.set_xlabel("$" + "xyz"[first] + r"\,/\,$mean radius")
         axes.set_ylabel("$" + "xyz"[second] + r"\,/\,$mean radius")
@@ -111,11 +105,7 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
             f"departures from the sphere\nenlarged {larger:g} times", (0.5, 0.5), xycoords="axes fraction",
             ha="center", va="center", fontsize=8, color=style.GREY,
         )  # fmt: skip
-    bar = figure.colorbar(ScalarMappable(norm, style.TIME_MAP), ax=views, shrink=0.8, aspect=28, pad=0.02)
-    bar.set_label(time_label)
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    for index in chosen:
-        bar.ax.plot([0, 1], [seconds[index] / factor] * 2, color="white", linewidth=1.2)
+    style.time_bar(figure, views, dataset, chosen, shrink=0.8, pad=0.02)
 
 
 def _enlargement(shapes: np.ndarray) -> float:

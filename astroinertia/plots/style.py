@@ -1,6 +1,6 @@
 """The look that all figures share: colours, type, units in sensible prefixes, and how a figure is begun and saved."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from io import BytesIO
@@ -11,6 +11,8 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from PIL import Image
@@ -293,6 +295,38 @@ def curve(axes: Any, times: np.ndarray, values: Any, **look: Any) -> None:
     look = {name: value for name, value in look.items() if name in ("color", "label", "zorder")}
     band = axes.fill_between(middles, low, high, alpha=0.5, linewidth=edge, **look)
     band.set_edgecolor(look["color"])
+
+
+def relative_sizes(
+    axes: Any, times: np.ndarray, lines: Sequence[tuple[np.ndarray, str, dict[str, Any]]], **place: Any
+) -> None:
+    """Positive values, each with its name and look, in logarithms; a note where there are none."""
+    drawn = [values for values, _, _ in lines if (values > 0).any()]
+    if not drawn:
+        note(axes, "nothing to the last bit", timed=True)
+        return
+    for values, text, look in lines:
+        if (values > 0).any():
+            curve(axes, times, np.where(values > 0, values, np.nan), label=text, **{"linewidth": 1.3, **look})
+    low, high = robust_limits(np.concatenate(drawn), 1e-18)
+    axes.set(yscale="log", ylim=(low, max(high, 30 * low)), ylabel="relative size")
+    plain_log(axes.yaxis, *axes.get_ylim())
+    axes.legend(**place)
+
+
+def time_colours(dataset: xr.Dataset) -> ScalarMappable:
+    """The colours of times, in the unit of the time axis."""
+    times, _, _ = shown_times(dataset)
+    return ScalarMappable(Normalize(times[0], max(times[-1], np.nextafter(times[0], np.inf))), TIME_MAP)
+
+
+def time_bar(figure: Figure, panels: Any, dataset: xr.Dataset, chosen: np.ndarray, **place: Any) -> None:
+    """A bar of these colours beside panels, with a line at each output that was drawn."""
+    times, _, text = shown_times(dataset)
+    bar = figure.colorbar(time_colours(dataset), ax=list(panels), aspect=28, label=text, **place)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    for index in chosen:
+        bar.ax.plot([0, 1], [times[index]] * 2, color="white", linewidth=1.2)
 
 
 def picked_times(dataset: xr.Dataset, count: int) -> np.ndarray:

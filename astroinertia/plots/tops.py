@@ -8,22 +8,12 @@ from matplotlib.figure import Figure
 
 from astroinertia.inertia.principal import EQUAL_MOMENTS
 from astroinertia.plots import style
-from astroinertia.plots.ellipsoid import (
-    AXES,
-    INERTIA_COLOUR,
-    LEAST_MOMENT,
-    draw_axes,
-    draw_curves,
-    draw_ellipsoid,
-    view_of,
-)
-from astroinertia.plots.polhodes import polhode as family
+from astroinertia.plots.ellipsoid import AXES, LEAST_MOMENT, draw_curves, draw_inertia_ellipsoid, view_of
 from astroinertia.rotation import heavy_top as heavy
 from astroinertia.rotation.free_top import FreeTop, angular_velocity, free_top, period
 from astroinertia.rotation.heavy_top import HeavyTop
 from astroinertia.rotation.polhodes import herpolhode, herpolhode_radii, polhode
 
-_SHARES = (0.3, 0.6, 0.85)  # of the way from an axis to the separatrix: polhodes drawn for orientation
 _PERIODS, _POINTS = 8, 6001  # of the wobble that a herpolhode is drawn for
 _NUTATIONS = 5
 
@@ -82,14 +72,7 @@ def _on_ellipsoid(panel, top: FreeTop) -> None:
     defined = np.array([gaps[0], gaps.all(), gaps[1]])
     frame[1] *= round(float(np.linalg.det(frame)))
     view = view_of(frame)
-    lengths = 1.0 / np.sqrt(moments)
-    reach = float(lengths.max())
-    draw_ellipsoid(panel, lengths / reach, frame, view, INERTIA_COLOUR)
-    for around in (0, 2):
-        for share in _SHARES if defined[around] else ():
-            draw_curves(panel, family(moments, share, around) @ frame, moments, frame, view, reach, style.GREY, 0.7)
-    if gaps.all():
-        draw_curves(panel, family(moments, 1.0, 2) @ frame, moments, frame, view, reach, style.INK, 1.3)
+    reach = draw_inertia_ellipsoid(panel, moments, frame, defined, view)
     rates = np.array([float(rate) for rate in top.start])
     if rates.any():
         # a thin rod is drawn thicker than it is, and so is its motion
@@ -99,7 +82,6 @@ def _on_ellipsoid(panel, top: FreeTop) -> None:
         begin = view @ (rates / math.sqrt(2.0 * drawn.energy)) / reach
         if begin[2] > 0:
             panel.plot(*begin[:2], "o", color=style.PURPLE, markersize=6, zorder=8)
-    draw_axes(panel, lengths / reach, frame, defined, view)
     panel.set(xticks=[], yticks=[], title=r"Polhode: the tip of $\omega$ in the body")
 
 
