@@ -3,19 +3,18 @@
 What is named here is imported when it is first used, so that one figure does not wait for all others.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
     from astroinertia.plots.density import density_figure, projection_figure
     from astroinertia.plots.in_words import summary
     from astroinertia.plots.pictures import FIGURES, figures, write_all
 
-_ELSEWHERE = {"summary": "in_words", "density_figure": "density", "projection_figure": "density"}
 __all__ = ["FIGURES", "density_figure", "figures", "projection_figure", "summary", "write_all"]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_ELSEWHERE.get(name, 'pictures')}"), name)
+__getattr__ = exported(__name__, {
+    f"{__name__}.in_words": ("summary",),
+    f"{__name__}.density": ("density_figure", "projection_figure"),
+    f"{__name__}.pictures": ("FIGURES", "figures", "write_all"),
+})  # fmt: skip

@@ -25,11 +25,6 @@ _SHOWN = {
 }
 
 
-def has_error_bars(dataset: xr.Dataset) -> bool:
-    """Whether there is an error bar of anything."""
-    return bool(known_bars(dataset))
-
-
 def known_bars(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Error bars (T,) over the size of what they belong to, of vectors and tensors over all components."""
     bars = {}

@@ -43,9 +43,8 @@ def _absolute(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     names = [str(name) for name in shares["share"].values]
     for name in _present(shares):
         dashes = (0, (4, 2)) if name == "motion" else "-"
-        axes.plot(
-            times, shares.sel(share=name) / scale, color=_colour(name, names), linestyle=dashes, label=_said(name)
-        )
+        colour = style.effect_colour(name, names)
+        axes.plot(times, shares.sel(share=name) / scale, color=colour, linestyle=dashes, label=_said(name))
     total = shares.sum("share").values
     axes.plot(times, total / scale, color=style.GREY, linewidth=3.2, alpha=0.55, label="all together", zorder=1.5)
     spread = np.nanmax(abs(shares.values)), np.median(np.nansum(abs(shares.values), axis=1))
@@ -75,7 +74,7 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     size = abs(shares).sum("share")
     relative = (shares / size.where(size > 0)).fillna(0.0)
     names = [str(name) for name in shares["share"].values]
-    colours = [_colour(name, names) for name in names]
+    colours = [style.effect_colour(name, names) for name in names]
     for sign in (1.0, -1.0):
         axes.stackplot(
             times, *(np.maximum(sign * relative.sel(share=name).values, 0.0) * sign for name in names),
@@ -108,7 +107,7 @@ def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
         return
     for index, name in enumerate(names):
         values = np.where(sizes[:, index] > 0, sizes[:, index], np.nan)
-        axes.semilogy(times, values, color=_colour(name, names), linewidth=1.4)
+        axes.semilogy(times, values, color=style.effect_colour(name, names), linewidth=1.4)
     round_off = float(np.finfo(float).eps)
     low, high = style.robust_limits(sizes, 0.1 * round_off)
     axes.set_ylim(low, high)
@@ -122,10 +121,6 @@ def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
 def _present(shares: xr.DataArray) -> list[str]:
     """Motion and the effects that the model has; rows of effects that it skips are NaN."""
     return [str(name) for name in shares["share"].values[shares.notnull().any("time").values]]
-
-
-def _colour(name: str, names: list[str]) -> str:
-    return style.effect_colour(name, names)
 
 
 def _said(name: str) -> str:

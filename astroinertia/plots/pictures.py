@@ -11,7 +11,7 @@ from astroinertia.dataset.waves import FAINTEST
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values, wave_scale
 from astroinertia.plots.energy import energy_figure
-from astroinertia.plots.error_bars import error_bars_figure, has_error_bars
+from astroinertia.plots.error_bars import error_bars_figure, known_bars
 from astroinertia.plots.ledger import ledger_figure
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.profiles import profiles_figure
@@ -96,7 +96,7 @@ def _has_something(dataset: xr.Dataset, name: str) -> bool:
     if name == "attitude":
         return has_attitude(dataset)
     if name == "error_bars":
-        return has_error_bars(dataset)
+        return bool(known_bars(dataset))
     if name == "spin" and not angular_momentum_scale(dataset)[1]:
         return False
     if name == "waves" and has_values(dataset, "gw_strain_plus"):

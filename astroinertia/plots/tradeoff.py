@@ -36,7 +36,7 @@ def tradeoff_figure(table: xr.Dataset) -> Figure:
     """
     names = [str(name) for name in table["observable"].values]
     with style.styled():
-        figure = style.page(f"{_words(table.attrs.get('name', ''))}: what accuracy costs", (6.6 * len(names), 6.4))
+        figure = style.page(f"{style.words(table.attrs.get('name', ''))}: what accuracy costs", (6.6 * len(names), 6.4))
         panels = figure.subplots(1, len(names), squeeze=False)[0]
         for panel, name in zip(panels, names, strict=True):
             _panel(panel, table, name)
@@ -48,7 +48,7 @@ def _panel(panel, table: xr.Dataset, name: str) -> None:
     one = table.sel(observable=name)
     seconds, error = one["cpu_time"].values, one["error"].values
     good = np.isfinite(seconds) & np.isfinite(error)
-    panel.set_title(_words(name))
+    panel.set_title(style.words(name))
     if not good.any():
         style.note(panel, "no setting has an error that is known")
         return
@@ -151,7 +151,7 @@ def _triangle(panel, table: xr.Dataset, name: str) -> None:
     theory = float(table["expected_order"][number])
     note += f", theory {theory:g}" if math.isfinite(theory) else ""
     panel.annotate(
-        f"{_words(str(table['knob'].values[number]))}: {note}", (10.0 ** (x + width), 10.0**y), xytext=(0, 5),
+        f"{style.words(str(table['knob'].values[number]))}: {note}", (10.0 ** (x + width), 10.0**y), xytext=(0, 5),
         textcoords="offset points", ha="right", fontsize=_NOTE + 0.5, color=colour,
     )  # fmt: skip
 
@@ -163,7 +163,7 @@ def _legend(figure, table: xr.Dataset) -> None:
     for number, knob in enumerate(table["knob"].values):
         if str(knob) in turned:
             marker, colour = _look(number)
-            handles.append(Line2D([], [], marker=marker, color=colour, markersize=6.5, label=_words(str(knob))))
+            handles.append(Line2D([], [], marker=marker, color=colour, markersize=6.5, label=style.words(str(knob))))
     if "balanced" in turned:
         marker, colour = _BALANCED
         handles.append(
@@ -202,7 +202,3 @@ def _rung(one: xr.Dataset, number: int, drawn: float) -> str:
 
 def _look(number: int) -> tuple[str, str]:
     return _MARKERS[number % len(_MARKERS)], _COLOURS[number % len(_COLOURS)]
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")

@@ -93,13 +93,9 @@ INSIDES = {
     *("plots.density.column_unit", "plots.density.draw_density", "plots.density.frame_view"),  # what figures share
     *("plots.density.moments_to_show", "plots.density.name_view", "plots.density.scale_of_colours"),
     *("plots.ellipsoid.draw_axes", "plots.ellipsoid.draw_curves", "plots.ellipsoid.draw_ellipsoid"),
-    *("plots.ellipsoid.draw_triad", "plots.ellipsoid.heading", "plots.ellipsoid.lit_ellipsoid"),
-    *(
-        "plots.waves.undersampled",
-        "plots.ellipsoid.view_of",
-        "plots.error_bars.has_error_bars",
-        "plots.error_bars.known_bars",
-    ),
+    *("plots.ellipsoid.draw_inertia_ellipsoid", "plots.ellipsoid.draw_triad", "plots.ellipsoid.heading"),
+    *("plots.ellipsoid.lit_ellipsoid", "plots.ellipsoid.view_of", "plots.error_bars.known_bars"),
+    "plots.waves.undersampled",
     *(
         "sweeps.combined.write",
         "sweeps.members",
