@@ -163,12 +163,10 @@ def _at(times: np.ndarray, series: np.ndarray, when: float) -> float:
     middle = min(max(int(np.abs(times - when).argmin()), 1), len(times) - 2)
     if times[middle] == when or len(times) < 3:
         return float(np.interp(when, times, series))
-    (a, b, c), (p, q, r) = times[middle - 1 : middle + 2], series[middle - 1 : middle + 2]
-    return float(
-        p * (when - b) * (when - c) / ((a - b) * (a - c))
-        + q * (when - a) * (when - c) / ((b - a) * (b - c))
-        + r * (when - a) * (when - b) / ((c - a) * (c - b))
-    )
+    from scipy.interpolate import krogh_interpolate  # only here: most runs have no converged answer
+
+    beside = slice(middle - 1, middle + 2)
+    return float(krogh_interpolate(times[beside], series[beside], when))
 
 
 def _series(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, str]:

@@ -48,7 +48,9 @@ def waves(time: np.ndarray, acceleration: np.ndarray, gravitational_constant: fl
         frequency = np.zeros(1)
         return Waves(nothing, nothing, np.full((count, 3), np.nan), frequency, np.full(1, np.nan), np.full(1, np.nan))
     traceless = acceleration - np.trace(acceleration, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
-    from scipy.interpolate import CubicSpline  # only here: who opens a file need not wait for it
+    # Only here: who opens a file need not wait for them.
+    from scipy.integrate import cumulative_trapezoid
+    from scipy.interpolate import CubicSpline
 
     spline = CubicSpline(time, traceless)
     rate = spline(time, 1)
@@ -63,11 +65,6 @@ def waves(time: np.ndarray, acceleration: np.ndarray, gravitational_constant: fl
     transformed = spacing * np.fft.rfft(spline(even, 1), axis=0)
     spectrum = 2.0 * scale * (np.abs(transformed) ** 2).sum((1, 2))
     strain = np.sqrt(2.0 / np.pi**2 * gravitational_constant / SPEED_OF_LIGHT**3 * spectrum)
-    return Waves(luminosity, _since_start(time, luminosity), _since_start(time, torque), frequency, spectrum, strain)
-
-
-def _since_start(time: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    # The trapezoidal rule: energies only grow.
-    shape = (-1, *(1,) * (rate.ndim - 1))
-    parts = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time).reshape(shape)
-    return np.concatenate([np.zeros((1, *rate.shape[1:])), np.cumsum(parts, axis=0)])
+    # By the trapezoidal rule energies only grow.
+    energy, momentum = (cumulative_trapezoid(rate, time, axis=0, initial=0) for rate in (luminosity, torque))
+    return Waves(luminosity, energy, momentum, frequency, spectrum, strain)
