@@ -5,29 +5,18 @@ Tests: tests/unit/dataset/test_dataset.py, tests/crash/test_flipped_bits.py, tes
 
 import math
 import stat
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 
 import netCDF4
 import xarray as xr
 
 from astroinertia.dataset.schema import FORMAT
-from astroinertia.errors import ArchiveError, AstroinertiaError
+from astroinertia.errors import ArchiveError
 from astroinertia.observables.quantities import RENAMED
 from astroinertia.storage import hdf5_structure, trailer
-from astroinertia.storage.bounded import check_proportion, plain_text
-
-
-@contextmanager
-def archive_errors(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
-    """Make an ArchiveError of whatever netCDF, HDF5 and xarray raise of a file that is damaged or is no such file."""
-    try:
-        yield
-    except AstroinertiaError:
-        raise
-    except Exception as error:  # they pass on what each finds as errors of many kinds
-        raise ArchiveError(f"{path} {what}: {plain_text(error).rstrip('.')}.") from error
+from astroinertia.storage.atomic import archive_errors
+from astroinertia.storage.bounded import check_proportion
 
 
 def headline(path: Path) -> xr.Dataset:

@@ -48,6 +48,7 @@ from astroinertia.observables.quantities import (
 )
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
+from astroinertia.storage.atomic import archive_errors
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
@@ -76,7 +77,7 @@ def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.
     if isinstance(source, Path):
         dataset = dataset_files.headline(source)
     else:
-        with dataset_files.archive_errors(source.folder, NOT_OF_A_RUN):
+        with archive_errors(source.folder, NOT_OF_A_RUN):
             dataset = headline(_series(source, damaged), source.metadata)
         dataset.encoding["source"] = str(path)
     return dataset if chunks is None else dataset.chunk(chunks)
@@ -92,7 +93,7 @@ def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = No
     if isinstance(source, Path):
         lazy = dataset_files.snapshots(source, chunks)
         return None if lazy is None else lazy.assign_coords(i=label("i"))
-    with dataset_files.archive_errors(source.folder, NOT_OF_A_RUN):
+    with archive_errors(source.folder, NOT_OF_A_RUN):
         files = source.snapshots_unread(damaged)
         if not files:
             return None
@@ -119,7 +120,7 @@ def finish(
     """
     archive.must_be_writable()
     lost = {"lost_outputs": "\n".join(archive.lost)} if archive.lost else {}
-    with dataset_files.archive_errors(archive.folder, NOT_OF_A_RUN):
+    with archive_errors(archive.folder, NOT_OF_A_RUN):
         dataset = headline(_series(archive, "raise"), archive.metadata).assign_attrs({**(measured or {}), **lost})
     dataset = dataset if completed is None else completed(dataset)
 

@@ -12,9 +12,10 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.dataset.files import archive_errors, loaded
+from astroinertia.dataset.files import loaded
 from astroinertia.errors import ArchiveError, SceneError
 from astroinertia.sph.kernels import KERNELS
+from astroinertia.storage.atomic import archive_errors
 from astroinertia.units import quantity
 
 

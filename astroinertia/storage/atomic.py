@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.errors import ArchiveError
+from astroinertia.errors import ArchiveError, AstroinertiaError
 from astroinertia.process import interrupts
 from astroinertia.storage.bounded import array_of, described, plain_text
 
@@ -32,6 +32,7 @@ _ASIDE = re.compile(rf"(.+?)(\.[0-9a-f]{{16}})?{re.escape(TEMPORARY)}")  # older
 _ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed date, so that the same arrays give the same bytes
 _ZIP_NAME_LENGTHS = 26  # where the header of a file in a zip tells the lengths of its name and what follows that
 _SCALARS = "scalars.json"
+_NO_ARRAYS = "does not hold the arrays of a run"
 _LARGEST_JSON = 32 * 2**20  # bytes
 _MOST_VALUES = 2_000_000  # in a JSON file: an empty list takes 2 bytes there, and 60 in memory
 
@@ -142,7 +143,7 @@ def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np
     """
     check(path, digest)
     arrays, scalars = {}, {}
-    with _archive_errors(path), zipfile.ZipFile(path) as bundle:
+    with archive_errors(path, _NO_ARRAYS), zipfile.ZipFile(path) as bundle:
         for entry in _stored(bundle):
             with bundle.open(entry) as member:
                 if entry.filename == _SCALARS:
@@ -227,7 +228,7 @@ class Rows:
         """Where each array begins, in bytes, its dtype and its shape; ArchiveError where the file is not whole."""
         check(self.path, self.digest)
         places = {}
-        with _archive_errors(self.path), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
+        with archive_errors(self.path, _NO_ARRAYS), zipfile.ZipFile(self.path) as bundle, self.path.open("rb") as file:
             for entry in _stored(bundle):
                 if entry.filename == _SCALARS:
                     continue
@@ -243,7 +244,7 @@ class Rows:
 
     def row(self, name: str, number: int) -> np.ndarray:
         """Element `number` of an array along its first axis; ArchiveError as `places`, or where there is none."""
-        with _archive_errors(self.path):
+        with archive_errors(self.path, _NO_ARRAYS):
             begin, dtype, shape = self.places[name]
             size = math.prod(shape[1:])
             if not 0 <= number < shape[0]:
@@ -253,14 +254,14 @@ class Rows:
 
 
 @contextmanager
-def _archive_errors(path: Path) -> Iterator[None]:
-    """Make an ArchiveError of whatever is wrong: only files that others made get here, and zipfile has its own ways."""
+def archive_errors(path: Path, what: str = "cannot be read as netCDF") -> Iterator[None]:
+    """Make an ArchiveError of whatever libraries raise of a file that is damaged or is no such file."""
     try:
         yield
-    except ArchiveError:
+    except AstroinertiaError:
         raise
-    except Exception as error:
-        raise ArchiveError(f"{path} does not hold the arrays of a run: {plain_text(error)}.") from error
+    except Exception as error:  # zipfile, netCDF, HDF5 and xarray pass on what each finds as errors of many kinds
+        raise ArchiveError(f"{path} {what}: {plain_text(error).rstrip('.')}.") from error
 
 
 def _stored(bundle: zipfile.ZipFile) -> Iterator[zipfile.ZipInfo]:

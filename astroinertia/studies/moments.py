@@ -246,8 +246,9 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
     """A snapshot of a run; None for a netCDF file without any."""
     from astroinertia import dataset  # only here: a table need not wait for it
     from astroinertia.dataset.derived import PARTICLE_GAP_TOLERANCE
-    from astroinertia.dataset.files import archive_errors, loaded
+    from astroinertia.dataset.files import loaded
     from astroinertia.dataset.snapshots import present
+    from astroinertia.storage.atomic import archive_errors
 
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
