@@ -63,8 +63,6 @@ def add_arguments(add: Add) -> None:
 
 def report(options: Options) -> str:
     """What the command prints; the netCDF file is written first. SceneError for bad input."""
-    from astroinertia.storage import overwriting
-    from astroinertia.storage.atomic import write_whole
     from astroinertia.studies.own_precession import precession_of
 
     result.must_be_writable(options.netcdf, ".nc")
@@ -75,9 +73,7 @@ def report(options: Options) -> str:
     except SceneError as error:
         raise SceneError(str(error).removeprefix("precession_of: ")) from None
     shown.attrs["body"] = name or "own body"
-    if options.netcdf is not None:
-        overwriting.check(options.netcdf, overwriting.NETCDF)
-        write_whole(options.netcdf, lambda aside: shown.to_netcdf(aside, engine="netcdf4"))
+    result.write_netcdf(shown, options.netcdf)
     return _text(shown)
 
 

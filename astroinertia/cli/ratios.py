@@ -11,7 +11,6 @@ from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
 
     from astroinertia.bodies.planets import SolarSystemBody
 
@@ -136,20 +135,14 @@ def report(options: Options) -> str:
 
         bodies = moment_ratio() if one is None or isinstance(one, str) else moment_ratio([*solar_system(), one])
         save(ratio_sweep_figure(shown) if options.sweep else moment_ratio_figure(bodies, polytropes()), options.plot)
-    _write(shown, options)
-    return text
-
-
-def _write(shown: "xr.Dataset", options: Options) -> None:
-    from astroinertia.storage import overwriting
-    from astroinertia.storage.atomic import write_whole
-
-    if options.netcdf is not None:
-        overwriting.check(options.netcdf, overwriting.NETCDF)
-        write_whole(options.netcdf, lambda aside: shown.to_netcdf(aside, engine="netcdf4"))
+    result.write_netcdf(shown, options.netcdf)
     if options.csv is not None:
+        from astroinertia.storage import overwriting
+        from astroinertia.storage.atomic import write_whole
+
         overwriting.check(options.csv, overwriting.CSV)
         write_whole(options.csv, lambda aside: shown.to_dataframe().to_csv(aside))
+    return text
 
 
 def _known(options: Options, names: tuple[str, ...]) -> dict[str, float]:

@@ -101,6 +101,16 @@ def must_be_writable(path: Path | None, suffix: str) -> None:
         raise SceneError(f"{path} cannot be written: it must be a {suffix} file in a folder that is there")
 
 
+def write_netcdf(data: "xr.Dataset", path: Path | None) -> None:
+    """Write a dataset where a file is asked for, at most over another netCDF file; ArchiveError where it cannot be."""
+    if path is not None:
+        from astroinertia.storage import overwriting
+        from astroinertia.storage.atomic import write_whole
+
+        overwriting.check(path, overwriting.NETCDF)
+        write_whole(path, lambda aside: data.to_netcdf(aside, engine="netcdf4"))
+
+
 def beside(path: Path) -> Path:
     """The folder that what is made of a result is written to."""
     return path if path.is_dir() else path.parent

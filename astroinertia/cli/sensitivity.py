@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from astroinertia.cli import result
 from astroinertia.cli.parser import Add, Options, add_scene
 
 if TYPE_CHECKING:
@@ -53,7 +54,6 @@ def report(scene: "Scene", folder: Path, file: Path, options: Options) -> list[s
 
     from astroinertia import dataset
     from astroinertia.accuracy.selected_observables import components, default_names, parsed, value
-    from astroinertia.storage.atomic import write_whole
     from astroinertia.sweeps.sensitivity import sensitivity
 
     data = dataset.open(file).load()
@@ -77,5 +77,5 @@ def report(scene: "Scene", folder: Path, file: Path, options: Options) -> list[s
             cells = (f"{s[place] / numbers[place]:.6f} +- {abs(e[place] / numbers[place]):.0e}" for s, e in columns)
             lines.append(f"{label:34}" + "".join(f"{cell:>{widest}}" for cell in cells))
     target = folder / "sensitivity.nc"
-    write_whole(target, lambda path: answers.to_netcdf(path))
+    result.write_netcdf(answers, target)
     return [*lines, f"wrote {target}"]
