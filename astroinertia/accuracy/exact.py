@@ -181,7 +181,7 @@ def _flow(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) ->
     energy = None
     if "gravity" in scene.effects:
         energy = ellipsoid_gravitational_energy(initial.profile, initial.mass, np.linalg.svd(start, compute_uv=False))
-    amount = rotation_amount(scene, units, energy)
+    amount = rotation_amount(scene, units, energy is not None)
     if not amount:
         return gradient
     axis = rotation_axis(scene)
@@ -269,7 +269,7 @@ def _turning(scene: Scene, units: CodeUnits) -> tuple[np.ndarray, np.ndarray, np
     """Moments (3,), axes as rows (3, 3) and angular velocity in them (3,), at the start."""
     moments, rows = rigid_moments(scene, units)
     rows = np.asarray(nearest_rotation(rows))
-    amount, axis = rotation_amount(scene, units, None), rotation_axis(scene)
+    amount, axis = rotation_amount(scene, units, False), rotation_axis(scene)
     if "angular_momentum" in amount:
         amount = {"rate": amount["angular_momentum"] / float(np.linalg.norm(moments * (rows @ axis)))}
     return moments, rows, rows @ (amount.get("rate", 0.0) * axis)

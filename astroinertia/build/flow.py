@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.spheres import Sphere, Star
-from astroinertia.build.spin import breakup_rate
+from astroinertia.build.spin import rotation_amount
 from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -49,10 +49,9 @@ def rotation_flow(
         semi_axes = initial.radius * np.asarray(body.axes)
         binding = profiles.ellipsoid_gravitational_energy(initial.profile, initial.mass, semi_axes)
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
+    amount = rotation_amount(scene, units, binding is not None)
     try:
-        return rotation_velocity(
-            mass, position, spin.law, spin.direction, scale, binding, **rotation_measure(scene, units)
-        )
+        return rotation_velocity(mass, position, spin.law, spin.direction, scale, binding, **amount)
     except ValueError as error:
         raise SceneError(f"[body.rotation] {error}.") from None
 
@@ -65,13 +64,3 @@ def shellular_rotation(
         return np.zeros_like(position)
     rate = factor * shells.at(units.to_code(shells.angular_velocity, "angular_velocity"), where)
     return rate[:, None] * np.cross([0.0, 0.0, 1.0], position)
-
-
-def rotation_measure(scene: Scene, units: CodeUnits) -> dict[str, float]:
-    """The one measure of the amount of rotation that a scene gives, under its own name; rate for break-up's share."""
-    if scene.body.rotation.breakup_fraction is not None:  # type: ignore[union-attr]
-        return {"rate": breakup_rate(scene, units)}
-    measures = {"rate": "angular_velocity", "period": "time", "angular_momentum": "angular_momentum"}
-    measures["t_over_w"] = "dimensionless"
-    amounts = {name: getattr(scene.body.rotation, name) for name in measures}
-    return {name: units.to_code(value, measures[name]) for name, value in amounts.items() if value is not None}

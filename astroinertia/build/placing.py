@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.build.flow import initial_velocity, linear_flow, rotation_flow, rotation_measure, shellular_rotation
+from astroinertia.build.flow import initial_velocity, linear_flow, rotation_flow, shellular_rotation
 from astroinertia.build.fluids import entropies
 from astroinertia.build.spheres import Sphere, Star, building, stretch
+from astroinertia.build.spin import rotation_amount
 from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
 from astroinertia.matter import gases
@@ -150,7 +151,7 @@ def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
     spin = scene.body.rotation
     if spin is None:
         return None
-    ((measure, value),) = rotation_measure(scene, units).items()
+    ((measure, value),) = rotation_amount(scene, units, True).items()  # what settles has gravity
     scale = None if spin.scale is None else units.to_code(spin.scale, "length")
     return relaxation.Rotation(measure, value, spin.direction, scale, spin.law)
 

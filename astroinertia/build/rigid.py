@@ -185,7 +185,7 @@ def _at_rest(tensor: np.ndarray, deformability: float, rate: float) -> np.ndarra
 
 
 def _rate(scene: Scene, units: CodeUnits) -> float:
-    return rotation_amount(scene, units, None).get("rate", 0.0)
+    return rotation_amount(scene, units, False).get("rate", 0.0)
 
 
 def _wobbling(
@@ -216,7 +216,7 @@ def _spin(
     scene: Scene, units: CodeUnits, inertia: np.ndarray, energy: float | None, along: np.ndarray
 ) -> np.ndarray:  # fmt: skip
     """The angular velocity about an axis that the scene gives to a body of that tensor, all in inertial axes."""
-    amount = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
+    amount = rotation_amount(scene, units, energy is not None and "gravity" in scene.effects)
     per_rate = float(np.linalg.norm(inertia @ along))
     if not amount:
         return np.zeros(3)

@@ -174,7 +174,7 @@ def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
     axis = rotation_axis(scene)
     _symmetric_about(axis, second)
     moment = float(axis @ inertia @ axis)
-    amount = rotation_amount(scene, units, None)
+    amount = rotation_amount(scene, units, False)
     spin = amount.get("angular_momentum", amount.get("rate", 0.0) * moment)
     return Homologous(mass, second, None, None, spin * axis, axis, 0.5 / moment)
 
@@ -278,7 +278,7 @@ def _settled(
 ) -> tuple[float, float, float]:
     """Scale, L and T/L^2 at scale 1 of the body with its rotation, swollen where it settles to equilibrium first."""
     body: Any = scene.body
-    amount = rotation_amount(scene, units, energy if "gravity" in scene.effects else None)
+    amount = rotation_amount(scene, units, "gravity" in scene.effects)
     moment = float(axis @ inertia_from_second_moment(second) @ axis)
     if not amount or not any(amount.values()):
         return 1.0, 0.0, 0.5 / moment

@@ -17,21 +17,19 @@ def rotation_axis(scene: Scene) -> np.ndarray:
     return along / np.linalg.norm(along)
 
 
-def rotation_amount(scene: Scene, units: CodeUnits, energy: float | None) -> dict[str, float]:
+def rotation_amount(scene: Scene, units: CodeUnits, weighs: bool) -> dict[str, float]:
     """The one measure of the rotation that a scene gives: rate (also for a period or a share of break-up),
-    angular_momentum or t_over_w.
+    angular_momentum or t_over_w; nothing for a body at rest.
 
-    energy is that of self-gravity, None where the body has none. SceneError for t_over_w without it.
+    weighs: whether the body has self-gravity. SceneError for t_over_w without it.
     """
     spin = scene.body.rotation
     if spin is None:
         return {}
     if spin.period is not None:
-        if spin.period == 0:
-            raise SceneError("[body.rotation] rotation period must not be zero.")
         return {"rate": 2 * math.pi / units.to_code(spin.period, "time")}
     if spin.t_over_w is not None:
-        if energy is None:
+        if not weighs:
             raise SceneError("[body.rotation] rotation t_over_w needs a self-gravitating body.")
         return {"t_over_w": spin.t_over_w}
     if spin.breakup_fraction is not None:

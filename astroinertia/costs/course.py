@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from astroinertia.build.spin import breakup_rate
+from astroinertia.build.spin import rotation_amount
 from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES
@@ -438,18 +438,8 @@ def _turning(scene: Scene, sphere: Sphere) -> float:
 
 
 def _uniform_spin(scene: Scene) -> float:
-    rotation: Any = scene.body.rotation
-    if rotation is None:
-        return 0.0
-    units = code_units(scene)
-    rate = getattr(rotation, "rate", None)
-    if rate is not None:
-        return 2.0 / 3.0 * float(units.to_code(rate, "angular_velocity")) ** 2
-    if getattr(rotation, "period", None) is not None:
-        return 2.0 / 3.0 * (2.0 * math.pi / float(units.to_code(rotation.period, "time"))) ** 2
-    if getattr(rotation, "breakup_fraction", None) is not None:
-        return 2.0 / 3.0 * breakup_rate(scene, units) ** 2
-    return 0.0
+    """2/3 omega^2 where the scene gives the rate; 0 where it gives another measure."""
+    return 2.0 / 3.0 * float(rotation_amount(scene, code_units(scene), True).get("rate", 0.0)) ** 2
 
 
 def _cooling(scene: Scene) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build.spin import breakup_rate
+from astroinertia.build.spin import rotation_amount
 from astroinertia.scene.initial_body import unit, wobbling
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
@@ -63,15 +63,9 @@ def _pace(scene: Scene) -> float:
 
 
 def _rate(scene: Scene) -> float:
-    rotation: Any = scene.body.rotation
-    if rotation is None:
-        return 0.0
-    units = code_units(scene)
-    if rotation.rate is not None:
-        return abs(float(units.to_code(rotation.rate, "angular_velocity")))
-    if rotation.period is not None:
-        return 2.0 * math.pi / float(units.to_code(rotation.period, "time"))
-    return breakup_rate(scene, units) if rotation.breakup_fraction is not None else 1.0
+    """How fast it turns; 1 in code units where the scene gives another measure than a rate."""
+    amount = rotation_amount(scene, code_units(scene), True)
+    return abs(float(amount.get("rate", 1.0))) if amount else 0.0
 
 
 def fastest_spin(scene: Scene) -> float:

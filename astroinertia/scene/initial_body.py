@@ -187,7 +187,7 @@ class Rotation(Part):
         if self.rate is not None:
             return abs(self.rate)
         if self.period is not None:
-            return 2.0 * math.pi / self.period if self.period else None
+            return 2.0 * math.pi / self.period
         if self.angular_momentum is not None:
             return abs(self.angular_momentum) / moment if moment else None
         if gravitational is None or self.t_over_w is None:
@@ -439,7 +439,7 @@ class Body(Part):
     def _sense(self) -> float:
         """-1 where it turns the other way about its axis."""
         spin = self.rotation
-        backwards = spin is not None and min(spin.rate or 0.0, spin.period or 0.0, spin.angular_momentum or 0.0) < 0.0
+        backwards = spin is not None and min(spin.rate or 0.0, spin.angular_momentum or 0.0) < 0.0
         return -1.0 if backwards else 1.0
 
     def _spin_of_fraction(self, fraction: float, gravitational: float | None) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from astroinertia.bodies.rotation_laws import Law, RotationLaw
 
-MEASURES = ("rate", "period", "angular_momentum", "t_over_w")
+MEASURES = ("rate", "angular_momentum", "t_over_w")
 
 
 def rotation_velocity(
@@ -27,10 +27,10 @@ def rotation_velocity(
 ) -> np.ndarray:
     """Return velocities (N, 3) that rotate about an axis through the origin.
 
-    Exactly one of `rate` (on the axis), `period` (2 pi over it), `angular_momentum` (along the axis) and `t_over_w`
-    (which needs gravitational_energy) is given; the last two hold for these particles to round-off. `law` is a kind of
-    law, with its `scale` A where it is not rigid, or a law itself; beyond `edge` from the axis the specific angular
-    momentum stays what it is there.
+    Exactly one of `rate` (on the axis), `angular_momentum` (along the axis) and `t_over_w` (which needs
+    gravitational_energy) is given; the last two hold for these particles to round-off. `law` is a kind of law, with its
+    `scale` A where it is not rigid, or a law itself; beyond `edge` from the axis the specific angular momentum stays
+    what it is there.
     ValueError where these contradict.
     """
     if len(measure) != 1 or next(iter(measure)) not in MEASURES:
@@ -59,10 +59,6 @@ def _rate(name, value, mass, position, unit, axis, gravitational_energy) -> floa
         raise ValueError(f"rotation {name} must be finite, not {value!r}")
     if name == "rate":
         return value
-    if name == "period":
-        if value == 0:
-            raise ValueError("rotation period must not be zero")
-        return 2 * math.pi / value
     if name == "angular_momentum":
         return value / float((mass @ np.cross(position, unit)) @ axis)
     if gravitational_energy is None or not -math.inf < gravitational_energy < 0:

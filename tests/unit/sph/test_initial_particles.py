@@ -147,7 +147,7 @@ def test_isotropised_is_affine():
 
 
 @pytest.mark.parametrize("law", ["rigid", "j_constant"])
-@pytest.mark.parametrize("measure", ["rate", "period", "angular_momentum", "t_over_w"])
+@pytest.mark.parametrize("measure", ["rate", "angular_momentum", "t_over_w"])
 def test_rotation_measures(law, measure):
     generator = np.random.default_rng(1)
     points, mass = generator.normal(size=(200, 3)), generator.random(200)
@@ -161,7 +161,6 @@ def test_rotation_measures(law, measure):
     np.testing.assert_allclose(on_axis, on_axis[0], rtol=1e-12)
     found = {
         "rate": on_axis[0],
-        "period": 2 * np.pi / on_axis[0],
         "angular_momentum": (mass @ np.cross(points, v)) @ axis,
         "t_over_w": 0.5 * (mass @ (v**2).sum(axis=1)) / 2.5,
     }
@@ -172,9 +171,9 @@ def test_rotation_measures(law, measure):
     ("options", "sentence"),
     [
         ({}, "exactly one"),
-        ({"rate": 1.0, "period": 1.0}, "exactly one"),
+        ({"rate": 1.0, "t_over_w": 0.1}, "exactly one"),
+        ({"period": 1.0}, "exactly one"),
         ({"rate": np.nan}, "finite"),
-        ({"period": 0.0}, "zero"),
         ({"t_over_w": 0.1}, "self-gravitating"),
         ({"rate": 1.0, "law": "keplerian"}, "rotation law"),
         ({"rate": 1.0, "law": "j_constant"}, "scale"),
