@@ -106,9 +106,4 @@ def exact_amplitude(
     return np.interp(times, *_rolling(gamma, end, push, nodes))
 
 
-def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
-    """Everywhere."""
-    return np.ones(len(position), bool)
-
-
-KELVIN_HELMHOLTZ = Standard(place, None, compared, True, "McNally, Lyra & Passy 2012, ApJS 201, 18")
+KELVIN_HELMHOLTZ = Standard(place, None, True, "McNally, Lyra & Passy 2012, ApJS 201, 18")

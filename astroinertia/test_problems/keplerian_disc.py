@@ -34,9 +34,4 @@ def angular_momentum(position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     return position[:, 0] * velocity[:, 1] - position[:, 1] * velocity[:, 0]
 
 
-def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
-    """Everywhere."""
-    return np.ones(len(position), bool)
-
-
-KEPLERIAN_DISC = Standard(place, None, compared, False, "Cullen & Dehnen 2010, MNRAS 408, 669")
+KEPLERIAN_DISC = Standard(place, None, False, "Cullen & Dehnen 2010, MNRAS 408, 669")

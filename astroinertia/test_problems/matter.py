@@ -39,21 +39,25 @@ class Solution:
     pressure: np.ndarray
 
 
+def _everywhere(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
+    return np.ones(len(position), bool)
+
+
 @dataclass(frozen=True)
 class Standard:
     """A problem: how its matter is placed, and its exact flow where there is one.
 
-    place(count, lengths, gamma); exact(position, time, lengths, gamma), None where it is known of other quantities;
-    compared(position, time, lengths): where errors are taken, (N,) bool. boxed: whether it fills a periodic box; the
-    lengths of another are infinite. begins(mass, gamma): time from which particles of that mass follow the exact flow,
-    where that is not at once.
+    place(count, lengths, gamma); exact(position, time, lengths, gamma), None where it is known of other quantities.
+    boxed: whether it fills a periodic box; the lengths of another are infinite. compared(position, time, lengths):
+    where errors are taken, (N,) bool. begins(mass, gamma): time from which particles of that mass follow the exact
+    flow, where that is not at once.
     """
 
     place: Callable[[int, np.ndarray, float], Matter]
     exact: Callable[[np.ndarray, float, np.ndarray, float], Solution] | None
-    compared: Callable[[np.ndarray, float, np.ndarray], np.ndarray]
     boxed: bool
     source: str
+    compared: Callable[[np.ndarray, float, np.ndarray], np.ndarray] = _everywhere
     begins: Callable[[float, float], float] | None = None
 
 

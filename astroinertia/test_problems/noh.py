@@ -36,4 +36,4 @@ def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarr
     return np.linalg.norm(position, axis=1) < 0.8 * (RADIUS - time)
 
 
-NOH = Standard(place, exact, compared, False, "Noh 1987, JCP 72, 78")
+NOH = Standard(place, exact, False, "Noh 1987, JCP 72, 78", compared)

@@ -108,5 +108,5 @@ def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarr
 
 
 SEDOV = Standard(
-    place, exact, compared, True, "Sedov 1959; Landau & Lifshitz 1987, Fluid Mechanics, section 106", begins
+    place, exact, True, "Sedov 1959; Landau & Lifshitz 1987, Fluid Mechanics, section 106", compared, begins
 )

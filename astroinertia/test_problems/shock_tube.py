@@ -48,10 +48,6 @@ class Tube:
         velocity[:, 0] = way * flow
         return Solution(density, velocity, pressure)
 
-    def compared(self, position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
-        """Everywhere: runs end before the waves meet."""
-        return np.ones(len(position), bool)
-
     def meeting_time(self, length: float, gamma: float) -> float:
         """When the first waves of the two membranes meet."""
         pressure, velocity = star(self.left, self.right, gamma)
@@ -60,12 +56,9 @@ class Tube:
         return 0.25 * length / max(shock, self.left.sound(gamma), abs(velocity))
 
 
-def standard(tube: Tube, source: str) -> Standard:
-    """The tube as a problem."""
-    return Standard(tube.place, tube.exact, tube.compared, True, source)
-
-
 SOD_TUBE = Tube(Side(1.0, 0.0, 1.0), Side(0.125, 0.0, 0.1), 2)
 STRONG_TUBE = Tube(Side(1.0, 0.0, 1000.0), Side(1.0, 0.0, 0.1), 1)
-SOD = standard(SOD_TUBE, "Sod 1978, JCP 27, 1")
-STRONG = standard(STRONG_TUBE, "Monaghan 1997, JCP 136, 298; Rosswog 2020, MNRAS 498, 4230")
+SOD = Standard(SOD_TUBE.place, SOD_TUBE.exact, True, "Sod 1978, JCP 27, 1")
+STRONG = Standard(
+    STRONG_TUBE.place, STRONG_TUBE.exact, True, "Monaghan 1997, JCP 136, 298; Rosswog 2020, MNRAS 498, 4230"
+)

@@ -34,9 +34,4 @@ def exact(position: np.ndarray, time: float, lengths: np.ndarray, gamma: float) 
     return Solution(dense, np.zeros_like(position), np.full(len(position), PRESSURE))
 
 
-def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
-    """Everywhere."""
-    return np.ones(len(position), bool)
-
-
-SQUARE = Standard(place, exact, compared, True, "Saitoh & Makino 2013, ApJ 768, 44")
+SQUARE = Standard(place, exact, True, "Saitoh & Makino 2013, ApJ 768, 44")
