@@ -19,7 +19,7 @@ from astroinertia.bodies.hydrostatic import HydrostaticPlanet, planet_from_radii
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
-from astroinertia.studies.core_inversion import core_inversion
+from astroinertia.studies.core_inversion import assumed_layers, core_inversion
 from astroinertia.studies.core_model_error import matter_as_dense
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
@@ -53,24 +53,20 @@ def compressed_core(
     SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
     Checked by tests/unit/studies/test_compressed_core.py.
     """
-    uniform = core_inversion(one, ratio_row, draws=1000)
-    if not uniform.assumed:
+    layers = assumed_layers(one)
+    if layers is None:
         raise SceneError(f"nothing is assumed for the layers of {one.name}")
-    ratio = one.moment_ratio_row(ratio_row)
-    by_core = one.has("core_density") and one.adopted("core_density").status == "assumed"
-    assumed = one.adopted("core_density" if by_core else "mantle_density")
-    values, deviations = [ratio.value, assumed.value], [ratio.uncertainty, assumed.uncertainty]
-    for name in ("crust_thickness", "crust_density"):
-        if one.has(name):
-            values.append(one.adopted(name).value)
-            deviations.append(one.adopted(name).uncertainty)
-    data, spread = np.array(values), np.nan_to_num(deviations)
+    name, density, crust = layers
+    numbers = [one.moment_ratio_row(ratio_row), density, *(crust or ())]
+    data = np.array([number.value for number in numbers])
+    spread = np.nan_to_num([number.uncertainty for number in numbers])
+    uniform = core_inversion(one, ratio_row, draws=1000)
     guess = np.array([uniform.core_radius / one.mean_radius, uniform.core_density, uniform.mantle_density])
     materials = (
         core_material or matter_as_dense(uniform.core_density)[1],
         mantle_material or matter_as_dense(uniform.mantle_density)[1],
     )
-    model = _Model(one, by_core, *materials)
+    model = _Model(one, name == "core_density", *materials)
     fit = model.solve(data, guess)
     steps = np.diag(_STEP * spread)[spread > 0]
     slopes = [(model.solve(data + step, fit) - model.solve(data - step, fit))[0] / (2 * _STEP) for step in steps]

@@ -17,7 +17,7 @@ import numpy as np
 from astroinertia.bodies.inversion import ThreeLayers, TwoLayers
 from astroinertia.bodies.planets import Published, SolarSystemBody, own_body
 from astroinertia.process.quantities import with_quantities
-from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
+from astroinertia.studies.two_layers import love_numbers, uniform_layers
 
 DRAWS = 20000
 _SEED = 20260701
@@ -77,13 +77,13 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     radius = _drawn(one.adopted("mean_radius"), normal[0])
     ratio = one.moment_ratio_row(ratio_row)
     shrunk = (one.mean_radius / radius) ** 2  # the moment itself is measured, not its ratio to this radius
-    layers = _solved(
+    layers = uniform_layers(
         3 * one.mass / (4 * np.pi * radius**3),
         _spread(ratio.value, ratio.uncertainty, normal[1]) * shrunk,
         None if crust is None else (_drawn(crust[0], normal[3]) / radius, _drawn(crust[1], normal[4])),
         **{name: _drawn(density, normal[2])},
     )
-    central = _solved(
+    central = uniform_layers(
         one.mean_density,
         ratio.value,
         None if crust is None else (crust[0].value / one.mean_radius, crust[1].value),
@@ -140,12 +140,6 @@ def restated(one: SolarSystemBody, stated: Mapping[str, float]) -> SolarSystemBo
     replaced = (*(_RATIOS if "moment_ratio" in stated else ()), *(_LAYERS if {*_ASSUMABLE} & {*stated} else ()))
     kept = {name: rows for name, rows in one.published.items() if name not in replaced}
     return SolarSystemBody(one.name, MappingProxyType({**kept, **{name: own[name] for name in numbers}}))
-
-
-def _solved(mean_density, ratio, crust, **layer_parameters):
-    if crust is None:
-        return two_layers(mean_density, moment_ratio=ratio, **layer_parameters)
-    return three_layers(mean_density, ratio, *crust, **layer_parameters)
 
 
 def _drawn(number: Published, normal: np.ndarray) -> np.ndarray:

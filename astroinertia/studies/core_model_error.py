@@ -14,19 +14,18 @@ Tests: tests/unit/studies/test_core_model_error.py.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from astroinertia.bodies.inversion import ThreeLayers
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import SolarSystemBody
 from astroinertia.matter import planetary
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import assumed_layers
-from astroinertia.studies.two_layers import three_layers, two_layers
+from astroinertia.studies.two_layers import radii_and_densities, uniform_layers
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 _CELLS = 60  # of a layer: the change of the radius to 0.2 %
@@ -78,10 +77,7 @@ def core_model_error(
     -232 -60 -321
     """
 
-    def solved(ratio: float) -> Any:
-        if crust is None:
-            return two_layers(mean_density, moment_ratio=ratio, **assumed)
-        return three_layers(mean_density, ratio, *crust, **assumed)
+    solved = partial(uniform_layers, mean_density, crust=crust, **assumed)
 
     def compressed(edges: Cells, means: list[float]) -> Cells:
         return _compressed(edges, means, mean_radius)
@@ -128,11 +124,8 @@ def _core(solved: Callable[[float], Any], ratio: float, profile: Profile) -> flo
     """The core radius over R with a profile in each layer; 0 where there is none."""
     layers = solved(ratio)
     for _ in range(_ITERATIONS):
-        bounds, means = [0.0, layers.core_radius_ratio, 1.0], [layers.core_density, layers.mantle_density]
-        if isinstance(layers, ThreeLayers):
-            bounds.insert(2, layers.shell_boundary_ratio)
-            means.append(layers.shell_density)
-        edges = [np.linspace(low, high, _CELLS + 1) for low, high in pairwise(bounds)]
+        radii, means = radii_and_densities(layers)
+        edges = [np.linspace(low, high, _CELLS + 1) for low, high in pairwise([0.0, *radii])]
         uniform = [np.full(_CELLS, mean) for mean in means]
         before = float(layers.core_radius_ratio)
         layers = solved(ratio + _ratio(edges, uniform) - _ratio(edges, profile(edges, means)))

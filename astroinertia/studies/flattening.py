@@ -21,6 +21,7 @@ from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.moment_ratio import SYNCHRONOUS, polytropic_index
+from astroinertia.studies.two_layers import radii_and_densities
 
 _QUANTITIES = {
     "flattening": "1 - c/a",
@@ -127,26 +128,17 @@ def _compared(one: SolarSystemBody) -> dict[str, float]:
     column["small_m"] = one.small_m
     column["flattening_measured"] = one.flattening or math.nan  # radii published as equal resolve no flattening
     column["zonal_harmonic_2_measured"] = one.zonal_harmonic() if one.has("j2") else math.nan
-    core = core_inversion(one)
+    layers = core_inversion(one).layers
     index = float(polytropic_index(one.moment_ratio().value))
-    models: dict[str, Callable | None] = {
-        "uniform": _solver(0.0, None, None),
-        "layers": _core_solver(one, core) if math.isfinite(core.core_radius) else None,
-        "polytrope": _solver(index, None, None) if math.isfinite(index) else None,
-    }
+    models = {"uniform": _solver(0.0, None, None)}
+    if layers is not None and math.isfinite(layers.core_density):
+        models["layers"] = _solver(None, *radii_and_densities(layers))
+    if math.isfinite(index):
+        models["polytrope"] = _solver(index, None, None)
     for model, solver in models.items():
-        if solver is not None:
-            shape, _, j2, *_ = _figure(solver, one.small_m)
-            column |= {f"flattening_{model}": shape, f"zonal_harmonic_2_{model}": j2}
+        shape, _, j2, *_ = _figure(solver, one.small_m)
+        column |= {f"flattening_{model}": shape, f"zonal_harmonic_2_{model}": j2}
     return column
-
-
-def _core_solver(one: SolarSystemBody, core) -> Callable[[float], tuple[float, ...]]:
-    radii, densities = [core.core_radius, one.mean_radius], [core.core_density, core.mantle_density]
-    if one.has("crust_density"):
-        radii.insert(1, one.mean_radius - one.adopted("crust_thickness").value)
-        densities.append(one.adopted("crust_density").value)
-    return _solver(None, radii, densities)
 
 
 def _solver(index, outer_radii, densities) -> Callable[[float], tuple[float, ...]]:

@@ -19,6 +19,7 @@ from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.studies.core_inversion import assumed_layers
 from astroinertia.studies.moment_ratio import fluid_love_number, synchronous_share
 from astroinertia.studies.sampling import sample
 from astroinertia.studies.two_layers import love_numbers, three_layers, two_layers
@@ -195,14 +196,13 @@ def _observation(one, name: str) -> Gaussian:
 
 
 def _assumptions(one) -> dict[str, Gaussian | Uniform]:
-    assumed: dict[str, Gaussian | Uniform] = {}
-    for name in ("core_density", "mantle_density"):
-        if one.has(name) and one.adopted(name).status == "assumed":
-            assumed[name] = Gaussian(one.adopted(name).value, one.adopted(name).uncertainty)
-    if not assumed:
+    layers = assumed_layers(one)
+    if layers is None:
         raise SceneError(f"the table assumes nothing for the layers of {one.name}")
-    if one.has("crust_density"):
-        thickness, density = one.adopted("crust_thickness"), one.adopted("crust_density")
+    name, density, crust = layers
+    assumed: dict[str, Gaussian | Uniform] = {name: Gaussian(density.value, density.uncertainty)}
+    if crust is not None:
+        thickness, density = crust
         assumed["crust_share"] = Gaussian(thickness.value / one.mean_radius, thickness.uncertainty / one.mean_radius)
         assumed["crust_density"] = Gaussian(density.value, density.uncertainty)
     return assumed

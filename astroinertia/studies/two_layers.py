@@ -72,6 +72,30 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **param
     return ThreeLayers(*(np.where(possible, quantity, np.nan)[()] for quantity in layers))
 
 
+@with_quantities(crust=None)
+def uniform_layers(mean_density, moment_ratio, crust: tuple | None = None, **parameter) -> TwoLayers | ThreeLayers:
+    """Return `two_layers`, or `three_layers` below a crust of this thickness over R and density, of a moment ratio.
+
+    >>> print(f"{uniform_layers(3933.0, 0.3637, (0.015, 2900.0), core_density=6000.0).core_radius_ratio:.4f}")
+    0.5884
+    """
+    if crust is None:
+        return two_layers(mean_density, moment_ratio=moment_ratio, **parameter)
+    return three_layers(mean_density, moment_ratio, *crust, **parameter)
+
+
+def radii_and_densities(layers: TwoLayers | ThreeLayers) -> tuple[list, list]:
+    """Return outer radii over R, of the whole last, and densities of the layers from the centre outwards.
+
+    >>> print(radii_and_densities(TwoLayers(0.5, 8000.0, 3000.0)))
+    ([0.5, 1.0], [8000.0, 3000.0])
+    """
+    if isinstance(layers, ThreeLayers):
+        radii = [layers.core_radius_ratio, layers.shell_boundary_ratio, 1.0]
+        return radii, [layers.core_density, layers.mantle_density, layers.shell_density]
+    return [layers.core_radius_ratio, 1.0], [layers.core_density, layers.mantle_density]
+
+
 @with_quantities()
 def moment_ratio_of(mean_density, layers: TwoLayers):
     """Return I/(M R^2), of the mean moment and the mean radius.
@@ -91,14 +115,12 @@ def love_numbers(layers: TwoLayers | ThreeLayers):
     >>> print(f"{love_numbers(two_layers(3933.0, moment_ratio=0.3637, core_density=6000.0)):.3f}")
     1.181
     """
-    radii, densities = [layers.core_radius_ratio], [layers.core_density, layers.mantle_density]
-    if isinstance(layers, ThreeLayers):
-        radii, densities = [*radii, layers.shell_boundary_ratio], [*densities, layers.shell_density]
-    same = _same(*radii, *densities)
+    (*inner, _), densities = radii_and_densities(layers)
+    same = _same(*inner, *densities)
     good = np.isfinite(same).all(axis=0)
-    stand_in = [*np.linspace(0.5, 0.8, len(radii)), *np.ones(len(densities))]
+    stand_in = [*np.linspace(0.5, 0.8, len(inner)), *np.ones(len(densities))]
     filled = [np.where(good, values, other) for values, other in zip(same, stand_in, strict=True)]
-    return np.where(good, _batch(_love_number(len(radii)), *filled)[0], np.nan)[()]
+    return np.where(good, _batch(_love_number(len(inner)), *filled)[0], np.nan)[()]
 
 
 @with_quantities()
