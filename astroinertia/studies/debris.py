@@ -3,6 +3,7 @@
 Orbital energies are in the code units of the run, with G = 1. Tests: tests/unit/studies/test_debris.py.
 """
 
+from types import SimpleNamespace
 from typing import Any
 
 import jax
@@ -18,18 +19,11 @@ Array = Any
 _MOST_ROUNDS = 50
 
 
-class _Moment:
-    """As much of a fluid as the perturber's orbit asks for."""
-
-    def __init__(self, time: Any) -> None:
-        self.time = time
-
-
 @with_quantities(time=None, position=None, velocity=None)
 def orbital_energies(tide: Tide, time: float, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
     """Specific energies (N,) about the perturber, |v - V|^2/2 - M/|x - X|, in the tide's falling frame."""
     with jax.enable_x64(True):
-        place, speed = jax.jvp(lambda t: tide.place(jnp, _Moment(t)), (float(time),), (1.0,))
+        place, speed = jax.jvp(lambda t: tide.place(jnp, SimpleNamespace(time=t)), (float(time),), (1.0,))
     apart, relative = position - np.asarray(place), velocity - np.asarray(speed)
     return 0.5 * (relative**2).sum(axis=1) - tide.mass / np.linalg.norm(apart, axis=1)
 
