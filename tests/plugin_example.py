@@ -4,7 +4,9 @@ import os
 import subprocess
 import sys
 import zipfile
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hatchling.builders.wheel import WheelBuilder
@@ -31,6 +33,13 @@ def installed_in(place: Path) -> Path:
     (wheel,) = WheelBuilder(str(EXAMPLE)).build(directory=str(place / "wheels"), versions=["standard"])
     zipfile.ZipFile(wheel).extractall(place / "site")
     return place / "site"
+
+
+def example(monkeypatch: pytest.MonkeyPatch, module: str, name: str) -> Any:
+    """A class of the example, by its file alone: without its package the kind means nothing in a scene."""
+    monkeypatch.syspath_prepend(EXAMPLE)
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    return getattr(import_module(module), name)
 
 
 def commands(installed: Path, folder: Path, *steps: str | tuple[str, ...], code: int = 0) -> str:

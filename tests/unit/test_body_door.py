@@ -19,7 +19,7 @@ from astroinertia.scene.plan import code_units, plan
 from astroinertia.scene.sweep import loads as sweep_of
 from astroinertia.sph.cells import centres
 from astroinertia.sph.placed import particles
-from tests.plugin_example import EXAMPLE, distribution, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, example, stopped_at
 
 M, R, r, L = 2.0, 1.0, 0.3, 0.5
 BODY = f"""
@@ -71,12 +71,7 @@ end = "1 hr"
 
 @pytest.fixture
 def torus(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The class of the example, by its file alone: without its package the name means nothing."""
-    monkeypatch.syspath_prepend(EXAMPLE)
-    monkeypatch.delitem(sys.modules, "torus", raising=False)
-    from torus import Torus  # pyright: ignore[reportMissingImports]
-
-    return Torus
+    return example(monkeypatch, "torus", "Torus")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from astroinertia.effects import REQUIRED, Dimension, Effect, Option, Output, Pa
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads, with_effects
 from astroinertia.scene.plan import code_units, plan
-from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, example, installed_in, stopped_at
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
 
@@ -69,12 +69,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def drag(installed: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The class of the example, by its file alone: without its package the name means nothing."""
-    monkeypatch.syspath_prepend(EXAMPLE)
-    monkeypatch.delitem(sys.modules, "cubic_drag", raising=False)
-    from cubic_drag import CubicDrag  # pyright: ignore[reportMissingImports]
-
-    return CubicDrag
+    return example(monkeypatch, "cubic_drag", "CubicDrag")
 
 
 def assert_the_drag_is_exact(dataset: Any, tolerance: float) -> None:

@@ -20,7 +20,7 @@ from astroinertia.matter import Matter, Option, positive, pytree
 from astroinertia.matter.equation import disagreement
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
-from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, example, installed_in, stopped_at
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
 
@@ -77,12 +77,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def logotrope(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The class of the example, by its file alone: without its package the name means nothing."""
-    monkeypatch.syspath_prepend(EXAMPLE)
-    monkeypatch.delitem(sys.modules, "logotrope", raising=False)
-    from logotrope import Logotrope  # pyright: ignore[reportMissingImports]
-
-    return Logotrope
+    return example(monkeypatch, "logotrope", "Logotrope")
 
 
 @pytree

@@ -16,7 +16,7 @@ from astroinertia.observables import REQUIRED, Dimension, Observable, positive
 from astroinertia.plots import summary
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import plan
-from tests.plugin_example import EXAMPLE, distribution, installed_in, stopped_at
+from tests.plugin_example import EXAMPLE, distribution, example, installed_in, stopped_at
 
 RATE = 0.7
 TURNING = f"""
@@ -69,12 +69,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def phase(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The class of the example, by its file alone."""
-    monkeypatch.syspath_prepend(EXAMPLE)
-    monkeypatch.delitem(sys.modules, "quadrupole_phase", raising=False)
-    from quadrupole_phase import QuadrupolePhase  # pyright: ignore[reportMissingImports]
-
-    return QuadrupolePhase
+    return example(monkeypatch, "quadrupole_phase", "QuadrupolePhase")
 
 
 @dataclass(frozen=True)

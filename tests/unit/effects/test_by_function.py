@@ -13,7 +13,7 @@ from astroinertia.effects.own import with_functions
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import plan
-from tests.plugin_example import EXAMPLE, stopped_at
+from tests.plugin_example import example, stopped_at
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
 
@@ -92,10 +92,7 @@ def run(scene: Any, folder: Path, *effects: Any) -> Any:
 @pytest.fixture
 def drag(monkeypatch: pytest.MonkeyPatch) -> Any:
     """The class of the example, which says the same as `cubic`."""
-    monkeypatch.syspath_prepend(EXAMPLE)
-    from cubic_drag import CubicDrag  # pyright: ignore[reportMissingImports]
-
-    return CubicDrag(k=K)
+    return example(monkeypatch, "cubic_drag", "CubicDrag")(k=K)
 
 
 # What it does

@@ -1,7 +1,6 @@
 """Scenes that are written in Python: they are those of files, value for value and sentence for sentence."""
 
 import re
-import sys
 import tomllib
 from decimal import Decimal
 from fractions import Fraction
@@ -17,7 +16,7 @@ from astropy import constants, units as u
 import astroinertia
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
-from tests.plugin_example import EXAMPLE
+from tests.plugin_example import example
 from tests.sims import single_scenes
 
 SCENE = """\
@@ -271,23 +270,18 @@ def test_tab_offers_what_the_package_has() -> None:
 
 
 def test_effects_and_bodies_of_ones_own_stand_in_the_tables(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(EXAMPLE)
-    for module in ("cubic_drag", "torus", "logotrope", "quadrupole_phase"):
-        monkeypatch.delitem(sys.modules, module, raising=False)
-    from cubic_drag import CubicDrag  # pyright: ignore[reportMissingImports]
-    from logotrope import Logotrope  # pyright: ignore[reportMissingImports]
-    from quadrupole_phase import QuadrupolePhase  # pyright: ignore[reportMissingImports]
-    from torus import Torus  # pyright: ignore[reportMissingImports]
-
-    body = {"kind": Torus(1 * u.Mearth, 10_000 * u.km, "2000 km"), "particles": 64}
-    matter = Logotrope("3e-12 Pa", 1e-17 * u.kg / u.m**3)
-    rest = {"observables": [QuadrupolePhase], "equation_of_state": matter, "time": "1 h"}
-    scene = astroinertia.Scene(body=body, effects=["gravity", CubicDrag(k=2e-9 * u.s / u.m**2)], **rest)
+    cubic_drag, torus = example(monkeypatch, "cubic_drag", "CubicDrag"), example(monkeypatch, "torus", "Torus")
+    logotrope = example(monkeypatch, "logotrope", "Logotrope")
+    phase = example(monkeypatch, "quadrupole_phase", "QuadrupolePhase")
+    body = {"kind": torus(1 * u.Mearth, 10_000 * u.km, "2000 km"), "particles": 64}
+    matter = logotrope("3e-12 Pa", 1e-17 * u.kg / u.m**3)
+    rest = {"observables": [phase], "equation_of_state": matter, "time": "1 h"}
+    scene = astroinertia.Scene(body=body, effects=["gravity", cubic_drag(k=2e-9 * u.s / u.m**2)], **rest)
     assert scene.effects["cubic_drag"] == {"k": 2e-9}
     assert (scene.body.name, scene.body.mass) == ("torus", pytest.approx(u.Mearth.to("kg")))
     assert (scene.equation_of_state.name, list(scene.observables)) == ("logotrope", ["quadrupole_phase"])
-    by_class = [{"kind": CubicDrag, "k": "2e-9 s/m2"}, "gravity"]
-    tables = {"kind": Torus, "mass": 1 * u.Mearth, "major_radius": 1e4 * u.km, "minor_radius": 2e6 * u.m}
+    by_class = [{"kind": cubic_drag, "k": "2e-9 s/m2"}, "gravity"]
+    tables = {"kind": torus, "mass": 1 * u.Mearth, "major_radius": 1e4 * u.km, "minor_radius": 2e6 * u.m}
     named = astroinertia.Scene(body={**tables, "particles": 64}, effects=by_class, **rest)
     assert named.effects["cubic_drag"] == scene.effects["cubic_drag"]
     assert named.body.options == pytest.approx(scene.body.options)
