@@ -12,30 +12,11 @@ import pytest
 
 from astroinertia.scene.sweep import member
 from astroinertia.storage.archive import Archive
+from tests.crash.signalled import SWEEP
 
 COMMAND = "import sys; from astroinertia.cli.main import main; sys.exit(main())"
 WORKERS = 2
-SCENE = """
-name = "shrinking"
-model = "scaling"
-units = "code"
-[sweep]
-"body.rotation.rate" = [0.5, 1.0, 1.5, 2.0]
-[body]
-kind = "power_law"
-exponent = 1.0
-mass = 1.0
-radius = 1.0
-[body.change]
-times = [1e4]
-factors = [0.5]
-[effects.gravity]
-[time]
-end = 1e4
-[output]
-series_every = 0.1
-checkpoint_seconds = 1e6
-"""
+SCENE = SWEEP.replace("100.0", "1e4") + "checkpoint_seconds = 1e6\n"
 
 
 @pytest.mark.full

@@ -8,36 +8,10 @@ import numpy as np
 import pytest
 
 from tests.evolve import evolve, prepared
+from tests.tradeoff_scenes import TOY_STAR
 
 ROOT = Path(__file__).parent.parent.parent
 REFERENCE = ROOT / "tests" / "reference"
-
-TOY_STAR = """
-name = "toy_star"
-units = "code"
-[body]
-kind = "dyson"
-gamma = 2.0
-particles = 1000
-mass = 1.0
-radius = 1.0
-axes = [1.1, 0.9, 1.0]
-relax = false
-entropy = 0.4189 # replaced below by h0 (gamma - 1)/(gamma rho_c), which the profile decides
-[body.rotation]
-rate = 0.3
-[equation_of_state]
-kind = "ideal"
-gamma = 2.0
-[effects.pressure]
-[effects.external_field]
-quadratic = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-[time]
-end = 10.0
-"""
-# rho_c of rho = rho_c (1 - s^2) with unit mass in semi-axes of product 0.99, and A = h0 (gamma - 1)/(gamma rho_c).
-TOY_STAR = TOY_STAR.replace("0.4189 # replaced below by h0 (gamma - 1)/(gamma rho_c), which the profile decides",
-                            repr(0.25 * 8 * np.pi * 0.99 / 15))  # fmt: skip
 
 FAMILIES = {"dyson": "dyson_ellipsoid", "cold": "cold_spheroid", "toy_star": None}
 
