@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.spheres import sphere
+from astroinertia.build.spin import rotation_amount
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.scales import code_units
@@ -91,33 +92,24 @@ def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:
     body: Any = scene.body
     spin: Any = body.rotation
     settles = body.relax and body.settles and not body.homologous and {"gravity", "pressure"} <= set(scene.effects)
-    if not settles or spin is None or spin.law != "rigid" or body.radius is None:
+    if not settles or spin is None or spin.law != "rigid" or body.radius is None or spin.breakup_fraction is not None:
         return
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")
-    if spin.t_over_w is not None:
-        measure, value = 2, spin.t_over_w
-    elif spin.angular_momentum is not None:
-        measure = 1
-        value = abs(units.to_code(spin.angular_momentum, "angular_momentum")) / math.sqrt(mass**3 * radius)
-    elif spin.rate is not None or spin.period:
-        rate = 2 * math.pi / units.to_code(spin.period, "time") if spin.rate is None else (
-            units.to_code(spin.rate, "angular_velocity"))  # fmt: skip
-        measure, value = 0, abs(rate) / math.sqrt(mass / radius**3)
-    else:
-        return
+    sizes = {"rate": math.sqrt(mass / radius**3), "angular_momentum": math.sqrt(mass**3 * radius), "t_over_w": 1.0}
+    ((name, value),) = rotation_amount(scene, units, True).items()
+    measure, value = list(sizes).index(name), abs(value) / sizes[name]
     limit, of = _limit(body.polytropic_index, measure, value)
     if value <= limit:
         return
     share = f"{value / limit:.3g} times as"
     if measure == 0:
-        period = units.to_si(2 * math.pi / (limit * math.sqrt(mass / radius**3)), "time")
+        period = units.to_si(2 * math.pi / (limit * sizes[name]), "time")
         unit = "" if scene.dimensionless else " s"
         raise SceneError(
             f"[body.rotation] turns the body {share} fast as it can without breaking up: its period must be at least "
             f"{period:.4g}{unit}, that {of}."
         )
-    name = ("rate", "angular_momentum", "t_over_w")[measure]
-    least = limit if measure == 2 else units.to_si(limit * math.sqrt(mass**3 * radius), "angular_momentum")
+    least = limit if measure == 2 else units.to_si(limit * sizes[name], "angular_momentum")
     unit = "" if measure == 2 or scene.dimensionless else " kg m2 s-1"
     raise SceneError(
         f"[body.rotation] {name} is {share} large as the body can have without breaking up: it must be at most "
