@@ -18,6 +18,7 @@ import jax.numpy as jnp
 
 from astroinertia.bodies.affine import cofactor, gravity_force, volume_ratio
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.inertia.tensor import axial_vector
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -47,8 +48,7 @@ def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
     >>> print(circulation(np.eye(3), turn, 0.2))  # of a sphere: minus its angular momentum, 2 q Omega
     [ 0.   0.  -0.4]
     """
-    turned = second_moment * deformation.T @ rate
-    return jnp.stack([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
+    return axial_vector(second_moment * deformation.T @ rate)
 
 
 @double_precision()

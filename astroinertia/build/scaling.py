@@ -18,7 +18,7 @@ from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axi
 from astroinertia.effects.effect import Effect
 from astroinertia.errors import SceneError
 from astroinertia.inertia.prescribed import change
-from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.inertia.tensor import inertia_from_second_moment, second_moment_from_inertia
 from astroinertia.models import checkpoint
 from astroinertia.models.scaling.evolution import (
     HeldPressure,
@@ -170,7 +170,7 @@ def _rigid(scene: Scene, units: CodeUnits) -> Homologous:
     mass = units.to_code(body.mass, "mass")
     moments, rows = rigid_moments(scene, units)
     inertia = rows.T @ np.diag(moments) @ rows
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    second = second_moment_from_inertia(inertia)
     axis = rotation_axis(scene)
     _symmetric_about(axis, second)
     moment = float(axis @ inertia @ axis)
@@ -183,7 +183,7 @@ def _star(scene: Scene, units: CodeUnits, initial: Star) -> Homologous:
     star = initial.star
     axis = np.array([0.0, 0.0, 1.0])
     inertia = np.diag([star.equatorial_moment, star.equatorial_moment, star.polar_moment])
-    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    second = second_moment_from_inertia(inertia)
     kinetic, held = star.kinetic_energy, star.pressure_integral
     # In equilibrium: the tensor virial theorem gives gravity's tensor, of trace W.
     gravity = -kinetic * (np.eye(3) - np.outer(axis, axis)) - held * np.eye(3)

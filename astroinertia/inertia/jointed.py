@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from astroinertia.inertia.body import Body
+from astroinertia.inertia.tensor import inertia_from_second_moment, second_moment_from_inertia
 from astroinertia.process.quantities import InputError, with_quantities
 
 Array = Any
@@ -99,10 +100,10 @@ def posture(limbs: Sequence[Limb], angles: Array, rates: Array = 0.0) -> Posture
     for part, spin, velocity in zip(parts, spins, velocities, strict=True):
         lever = part.centre - whole.centre
         momentum += part.inertia @ spin + part.mass * np.cross(lever, velocity - drift)
-        second = 0.5 * np.trace(part.inertia) * np.eye(3) - part.inertia
-        mixed += part.mass * np.outer(lever, velocity - drift) + second @ np.cross(spin, np.eye(3))
+        turning = second_moment_from_inertia(part.inertia) @ np.cross(spin, np.eye(3))
+        mixed += part.mass * np.outer(lever, velocity - drift) + turning
     grown = mixed + mixed.T
-    return Posture(parts, whole, momentum, np.trace(grown) * np.eye(3) - grown)
+    return Posture(parts, whole, momentum, inertia_from_second_moment(grown))
 
 
 @with_quantities()

@@ -11,6 +11,8 @@ import numpy as np
 
 from astroinertia.effects.characteristic import Characteristic, Neighbour, Pair
 from astroinertia.errors import SceneError
+from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment, second_moment_from_inertia
+from astroinertia.rotation.attitude import cross_matrix
 from astroinertia.scene.companions import Companion
 from astroinertia.scene.fluids import FROM_BODY, MONATOMIC
 from astroinertia.scene.further_pressure import further_pressure
@@ -77,14 +79,14 @@ def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
     mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
     rows = body.rows_at_start
     second = rows.T @ np.diag(profile.second_moment * mass * axes**2) @ rows
-    tensor = np.trace(second) * np.eye(3) - second
+    tensor = inertia_from_second_moment(second)
     gravitational = -constant * profiles.ellipsoid_gravitational_energy(profile, mass, axes)
     if not math.isfinite(gravitational):
         gravitational = constant * mass**2 / radius * 10.0
     star = _forwards(body).equilibrium(constant) if body.quickly_known else None
     if star is not None:
         tensor, gravitational = np.diag([star.equatorial_moment] * 2 + [star.polar_moment]), -star.gravitational_energy
-        second = np.trace(tensor) / 2.0 * np.eye(3) - tensor
+        second = second_moment_from_inertia(tensor)
     numbers = {
         "mass": mass, "radius": radius, "moments": ascending(np.linalg.eigvalsh(tensor)),
         "second_moment": float(np.trace(second)), "gravitational": gravitational,
@@ -138,13 +140,11 @@ def _flow(body: Any, second: np.ndarray, numbers: dict[str, Any]) -> dict[str, A
     if not gradient.any():
         return {"shear": shear or numbers.get("shear", 0.0)}
     about = numbers["spin"] * np.asarray(numbers["spin_axis"])
-    turn = np.array([[0.0, -about[2], about[1]], [about[2], 0.0, -about[0]], [-about[1], about[0], 0.0]])
-    whole = gradient + turn
+    whole = gradient + cross_matrix(about)
     strain = float(np.linalg.norm(whole + whole.T)) / 2.0
-    mixed = second @ whole.T
-    momentum = np.array([mixed[1, 2] - mixed[2, 1], mixed[2, 0] - mixed[0, 2], mixed[0, 1] - mixed[1, 0]])
+    momentum = axial_vector(second @ whole.T)
     # A needle may have no moment about its own axis, to rounding, and no spin about it that could be stated.
-    spin = np.linalg.pinv(np.trace(second) * np.eye(3) - second, hermitian=True) @ momentum
+    spin = np.linalg.pinv(inertia_from_second_moment(second), hermitian=True) @ momentum
     rate = float(np.linalg.norm(spin))
     energy = 0.5 * float(np.trace(whole @ second @ whole.T))
     axis = unit(spin) if rate > 0.0 else numbers["spin_axis"]

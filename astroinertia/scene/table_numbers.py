@@ -57,7 +57,7 @@ def _numbers(path: Path, stamp: int, units: Any, velocity_unit: float | None) ->
     moving = table.velocity - mass @ table.velocity / total
     inertia, second = tensor.inertia_tensor(mass, place), tensor.second_moment(mass, place)
     mixed = np.einsum("n,ni,nj->ij", mass, place, moving)
-    momentum = np.array([mixed[1, 2] - mixed[2, 1], mixed[2, 0] - mixed[0, 2], mixed[0, 1] - mixed[1, 0]])
+    momentum = tensor.axial_vector(mixed)
     spin = np.linalg.pinv(inertia, hermitian=True) @ momentum
     rate, trace = float(np.linalg.norm(spin)), float(np.trace(second))
     expansion = float(np.trace(mixed)) / trace

@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from astroinertia.inertia.tensor import inertia_tensor
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -72,11 +73,11 @@ def remnant(
             break
         planet = meets
     disc, escaped = ~planet & (energy < 0), ~planet & (energy >= 0)
-    inertia, spin = _turning(mass, x, v, body)
+    inertia, momenta = inertia_tensor(mass[body], x[body]), mass[:, None] * np.cross(x, v)
     return Remnant(
-        body, planet, disc, escaped, radius, 1 - axis_ratio, np.linalg.solve(inertia, spin),
+        body, planet, disc, escaped, radius, 1 - axis_ratio, np.linalg.solve(inertia, momenta[body].sum(axis=0)),
         float(np.trace(inertia) / 3 / (mass[body].sum() * equal**2)),
-        _turning(mass, x, v, planet)[1], _turning(mass, x, v, disc)[1],
+        momenta[planet].sum(axis=0), momenta[disc].sum(axis=0),
     )  # fmt: skip
 
 
@@ -100,10 +101,3 @@ def _orbits(x: np.ndarray, v: np.ndarray, parameter: float) -> tuple[np.ndarray,
     squared = (np.cross(x, v) ** 2).sum(axis=1)
     eccentricity = np.sqrt(np.maximum(1 + 2 * energy * squared / parameter**2, 0.0))
     return energy, squared / (parameter * (1 + eccentricity))
-
-
-def _turning(mass: np.ndarray, x: np.ndarray, v: np.ndarray, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia tensor (3, 3) and angular momentum (3,) of the chosen about the origin."""
-    m, x, v = mass[chosen], x[chosen], v[chosen]
-    second = (m[:, None] * x).T @ x
-    return np.trace(second) * np.eye(3) - second, m @ np.cross(x, v)
