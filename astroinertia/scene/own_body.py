@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.errors import SceneError
-from astroinertia.scene.dimensional import in_code_units
+from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown, option_text
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown as plain
 
@@ -74,9 +74,7 @@ class OwnBody(Body):
 
         ValueError, in one sentence, where its options contradict each other.
         """
-        declared = self.entry.options
-        values = {name: in_code_units(value, declared[name].dimension, units) for name, value in self.options.items()}
-        return self.entry.made.from_options(values)
+        return self.entry.made.from_options(options_in_code_units(self.options, self.entry.options, units))
 
     def refused(self, what: object) -> SceneError:
         """The error that names it and where it comes from."""
