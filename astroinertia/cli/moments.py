@@ -59,7 +59,6 @@ def report(options: Options) -> str:
     """What the command prints; the picture and the netCDF file are written first. SceneError for bad input."""
     from astroinertia.plots.body_summary import body_summary, plain_values
     from astroinertia.storage import overwriting
-    from astroinertia.storage.atomic import write_whole
     from astroinertia.studies.moments import PLAIN, moments, read_matter
 
     result.must_be_writable(options.plot, ".png")
@@ -98,8 +97,7 @@ def report(options: Options) -> str:
         except ValueError as error:
             raise SceneError(f"{options.file} has a tensor that is not drawn: {error}") from None
         save(ellipsoid_figure(body, matter.points, options.file.stem), options.plot)
-    if options.output is not None:
-        write_whole(options.output, lambda aside: body.to_netcdf(aside, engine="netcdf4"))
+    result.write_netcdf(body, options.output)
     return json.dumps(plain_values(body), indent=2) if options.json else body_summary(body)
 
 
