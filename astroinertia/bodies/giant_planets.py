@@ -90,7 +90,7 @@ def measured_field(name: str) -> MeasuredField:
 def giant_planet(field: MeasuredField, core_fraction: float = CORE_FRACTION) -> GiantPlanet:
     """Return the composite polytrope with the mass, equatorial radius, rotation, J2 and J4 of `field`.
 
-    core_fraction: the core's share of the mean radius, which the field leaves open. Broyden's method for n and
+    core_fraction: the core's share of the mean radius, which the field leaves open. Powell's method for n and
     ln(K/K_core), from the single polytrope that has J2. Raises ValueError for a core outside (0, 1), NumericalError if
     no such model is found. Source: Neuenschwander et al. 2021; checked by tests/physics/test_giant_planets.py.
 
