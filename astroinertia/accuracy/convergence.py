@@ -42,8 +42,6 @@ NONE = PowerLaw(np.nan, np.nan, np.nan, 0)
 def power_law(steps: np.ndarray, errors: np.ndarray, floor: float = 0.0) -> PowerLaw:
     """A power law through errors (n,) at steps (n,), by least squares of logarithms; errors up to `floor` are left out.
 
-    Test: tests/unit/accuracy/test_convergence.py.
-
     >>> steps = np.array([0.4, 0.2, 0.1])
     >>> print(f"{power_law(steps, 3 * steps**2).order:.6f} {power_law(steps, 3 * steps**2).factor:.6f}")
     2.000000 3.000000
@@ -59,8 +57,6 @@ def power_law(steps: np.ndarray, errors: np.ndarray, floor: float = 0.0) -> Powe
 
 def converging(steps: np.ndarray, errors: np.ndarray, order: float) -> np.ndarray:
     """Which errors (n,), from the coarsest on, still fall at half of `order` or more: until something else takes over.
-
-    Test: tests/unit/accuracy/test_convergence.py.
 
     >>> print(converging([4.0, 2.0, 1.0, 0.5], [1.6e-3, 4e-4, 1e-4, 9e-5], order=2.0))  # a floor at the end
     [ True  True  True False]
@@ -82,7 +78,7 @@ def self_convergence(steps: np.ndarray, values: np.ndarray, size: float, floor: 
 
     values (n, K) are the observable at steps (n,); their differences from the one at the finest step are
     factor |r^order - r_finest^order| size where the error is factor r^order size, so that whatever else errs drops out.
-    Differences at most `floor` (over size) are left out. Test: tests/unit/accuracy/test_convergence.py.
+    Differences at most `floor` (over size) are left out.
 
     >>> steps = np.array([0.4, 0.2, 0.1])
     >>> print(f"{self_convergence(steps, 1 + steps[:, None] ** 4, size=1.0).order:.3f}")  # the limit is not given
@@ -120,7 +116,7 @@ def extrapolated(steps: np.ndarray, values: np.ndarray, order: float) -> np.ndar
     """Richardson's extrapolation (K,) to step 0 of values (n, K) at steps (n,), by the two finest; None if not trusted.
 
     It is trusted where the three finest change by ratios that are those of `order` within a factor of two.
-    Source: Richardson 1911, Phil. Trans. R. Soc. A 210, 307. Test: tests/unit/accuracy/test_convergence.py.
+    Source: Richardson 1911, Phil. Trans. R. Soc. A 210, 307.
 
     >>> steps = np.array([0.4, 0.2, 0.1])
     >>> print(f"{extrapolated(steps, 1 + steps[:, None] ** 2, order=2.0)[0]:.9f}")

@@ -73,8 +73,6 @@ def with_error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) ->
 def error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) -> dict[str, xr.DataArray]:
     """The error bar of each headline series, with its dimensions and unit; NaN with a reason where a companion failed.
 
-    Test: tests/unit/accuracy/test_error_bars.py.
-
     >>> run = CompanionRun("coarser", "timestep_factor", "", 2.0, 2.0, scatter=False, scene=None)
     >>> companions = [(run, ds.assign(inertia_tensor=1.02 * ds.inertia_tensor))]
     >>> bars = error_bars(ds, companions)["inertia_tensor"] / ds.inertia_tensor  # of half the order, times 1.25

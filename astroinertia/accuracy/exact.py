@@ -54,7 +54,7 @@ class Exact:
 
 
 def exact(scene: Scene) -> Exact | None:
-    """The exact answer to a scene, None where none is known here. Test: tests/unit/accuracy/test_exact.py.
+    """The exact answer to a scene, None where none is known here.
 
     >>> from astroinertia.scene import load
     >>> answer = exact(load.load_file("sims/tennis_racket.toml"))

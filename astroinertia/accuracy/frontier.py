@@ -28,7 +28,7 @@ def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
     """Number of the setting of the front that is farthest below the line between its ends, in logarithms scaled to 1.
 
     None where the front has less than three settings, or none below that line. Source: Satopaa et al. 2011, Proc. 31st
-    ICDCS Workshops, 166 (the knee of a curve). Test: tests/unit/accuracy/test_frontier.py.
+    ICDCS Workshops, 166 (the knee of a curve).
 
     >>> print(knee([1.0, 2.0, 100.0], [1.0, 1e-3, 1e-4]))
     1

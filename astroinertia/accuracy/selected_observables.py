@@ -133,7 +133,7 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
     """The angular frequency of the sinusoid that fits a series (T,) best beside a straight line.
 
     The residual of the linear fit is scanned over frequencies and its least one found by Brent's method. NumericalError
-    for a series that is too short to tell. Test: tests/unit/accuracy/test_selected_observables.py.
+    for a series that is too short to tell.
 
     >>> times = np.linspace(0.0, 20.0, 100)
     >>> print(f"{frequency(times, 1 + 0.1 * times + np.cos(1.7 * times)):.6f}")  # beside a drift

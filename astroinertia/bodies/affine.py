@@ -50,7 +50,7 @@ def index_symbols(axes: Array) -> Array:
 def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
     """Return W (a number below 0) of the body with deformation gradient (3, 3) whose sphere (F = 1) has sphere_energy.
 
-    Source: Roberts 1962; Chandrasekhar 1969, section 22. Test: tests/unit/bodies/test_affine.py.
+    Source: Roberts 1962; Chandrasekhar 1969, section 22.
 
     >>> print(f"{gravitational_energy(2 * np.eye(3), -0.6):.6f}")  # twice the radius, half the energy
     -0.300000
@@ -65,7 +65,6 @@ def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
 
     deformation (3, 3) is F, sphere_energy the W of the sphere F = 1. Chandrasekhar's potential-energy tensor, along
     the principal axes -2 pi G rho A_i Q_ii where the density is uniform. Source: Chandrasekhar 1969, sections 11, 22.
-    Test: tests/unit/bodies/test_affine.py.
 
     >>> tensor = gravity_tensor(np.diag([2.0, 1.0, 0.5]), -0.6)
     >>> print(f"{np.trace(tensor) / gravitational_energy(np.diag([2.0, 1.0, 0.5]), -0.6):.9f}")
@@ -85,7 +84,7 @@ def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
     """Return sum m a (x) xi = -dW/dF, (3, 3), of the body's own gravity: q d2F/dt2 where nothing else acts.
 
     V is F times its transpose; here nothing is divided by F, so that a pancake's loses no digits. Arguments as of
-    `gravity_tensor`. Test: tests/unit/bodies/test_affine.py.
+    `gravity_tensor`.
 
     >>> print(np.round(gravity_force(np.eye(3), -0.6), 9) + 0.0)  # a third of W along each axis
     [[-0.2  0.   0. ]
@@ -127,8 +126,7 @@ def first_integral(first: Array, second: Array, third: Array) -> Array:
     """Return R_F(x, y, z) from x + y + z, xy + yz + zx and xyz, numbers above 0; z is at least 1e-24 of the sum.
 
     R_F = 1/2 integral du/((x + u)(y + u)(z + u))^(1/2) over u from 0 to infinity; it is of degree -1/2, and so the sum
-    of its derivatives. Source: Carlson 1995, eq. 1.1; DLMF 19.18.5 (Euler's relation). Test:
-    tests/unit/bodies/test_affine.py.
+    of its derivatives. Source: Carlson 1995, eq. 1.1; DLMF 19.18.5 (Euler's relation).
 
     >>> print(f"{first_integral(3.0, 3.0, 1.0):.5f}")  # R_F(1, 1, 1)
     1.00000
@@ -142,7 +140,7 @@ def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Arra
 
     Arguments as of `first_integral`, of which they are -2 times the derivatives by the third, second and first.
     R_D(x, y, z)/3 = gamma + beta (x + y) + alpha xy. Source: Trefethen & Weideman 2014 (the trapezoidal rule over
-    ln u, which converges geometrically). Test: tests/unit/bodies/test_affine.py.
+    ln u, which converges geometrically).
 
     >>> alpha, beta, gamma = symmetric_integrals(*jnp.array([3.0, 3.0, 1.0]))
     >>> print(f"{3 * (gamma + 2 * beta + alpha):.4f}")  # R_D(1, 1, 1)

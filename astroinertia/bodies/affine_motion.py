@@ -42,7 +42,7 @@ def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
     """Return the antisymmetric part of q F^T dF/dt as a vector (3,): what no force of gravity or pressure changes.
 
     It is the angular momentum of the adjoint motion F^T (Dedekind), and along an axis q/(pi a b) times the circulation
-    in the section across it. Source: Chandrasekhar 1969, section 28. Test: tests/unit/bodies/test_affine_motion.py.
+    in the section across it. Source: Chandrasekhar 1969, section 28.
 
     >>> turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     >>> print(circulation(np.eye(3), turn, 0.2))  # of a sphere: minus its angular momentum, 2 q Omega
@@ -71,7 +71,7 @@ def constraint_slope(
     force (3, 3) is the sum of all others, second_moment is q. With a restoring rate k the volume obeys
     J'' + 2 k J' + k^2 (J - volume) = 0: nothing for an exact solution, and no drift for one in steps. d2J/dt2 is
     cof F : d2F/dt2 + 2 F : cof dF/dt. Source: Chandrasekhar 1969, section 27 (pressure as the multiplier); Baumgarte
-    1972, Comput. Methods Appl. Mech. Eng. 1, 1. Test: tests/unit/bodies/test_affine_motion.py.
+    1972, Comput. Methods Appl. Mech. Eng. 1, 1.
 
     >>> slope = constraint_slope(np.eye(3), np.zeros((3, 3)), gravity_force(np.eye(3), -0.6), 0.2)
     >>> print(f"{-slope:.3f}")  # the mean pressure of a sphere at rest, a third of |W|
@@ -91,8 +91,7 @@ def incompressible_acceleration(
 ) -> Array:
     """Return d2F/dt2, (3, 3), of an incompressible body under its own gravity, and `others` (3, 3) = G of other forces.
 
-    sphere_energy is W and second_moment q of the sphere F = 1. Source: Chandrasekhar 1969, section 27. Test:
-    tests/unit/bodies/test_affine_motion.py.
+    sphere_energy is W and second_moment q of the sphere F = 1. Source: Chandrasekhar 1969, section 27.
 
     >>> print(np.round(incompressible_acceleration(np.eye(3), np.zeros((3, 3)), -0.6, 0.2), 9) + 0.0)  # at rest
     [[0. 0. 0.]
@@ -120,7 +119,7 @@ def shear_force(deformation: Array, rate: Array, strength: Array) -> Array:
     """Return G of a shear viscosity; strength is mass times kinematic viscosity, V = -2 strength times the shear.
 
     The velocity stays linear in position, as where the boundary layer is thin or the viscosity small. Source:
-    Rosenkilde 1967, ApJ 148, 825 (the viscous tensor virial theorem). Test: tests/unit/bodies/test_affine_motion.py.
+    Rosenkilde 1967, ApJ 148, 825 (the viscous tensor virial theorem).
 
     >>> force = shear_force(np.eye(3), np.diag([1.0, 1.0, -2.0]), 0.5)
     >>> print(np.sum(force * np.diag([1.0, 1.0, -2.0])))  # power, -2 strength times the shear squared
@@ -137,8 +136,7 @@ def second_moment_derivatives(
     """Return the first to the fifth time derivative of Q, (3, 3) each, along the motion with that acceleration.
 
     acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates: each derivative of it gives F one more, by
-    which the next is taken. Source: Griewank & Walther 2008, Evaluating Derivatives, ch. 13. Test:
-    tests/unit/bodies/test_affine_motion.py.
+    which the next is taken. Source: Griewank & Walther 2008, Evaluating Derivatives, ch. 13.
 
     >>> with jax.enable_x64(True):
     ...     swing = second_moment_derivatives(np.eye(3), np.zeros((3, 3)), 1.0, lambda matrix, rate: -matrix)  # cos(t)
@@ -165,7 +163,7 @@ def radiation_reaction_tensor(fifth_derivative: Array, coupling: Array) -> Array
     """Return M (3, 3) of the acceleration M x by the waves that a body sends out; coupling is G/c^5.
 
     M_ij = -(2/5) (G/c^5) d5 (Q_ij - tr(Q)/3)/dt5. Source: Burke & Thorne 1970, in Relativity (Carmeli et al., eds.),
-    p. 209; Misner, Thorne & Wheeler 1973, eq. 36.8. Test: tests/unit/bodies/test_affine_motion.py.
+    p. 209; Misner, Thorne & Wheeler 1973, eq. 36.8.
 
     >>> print(np.diag(radiation_reaction_tensor(np.diag([3.0, 0.0, 0.0]), 1.0)))
     [-0.8  0.4  0.4]

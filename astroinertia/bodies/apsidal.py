@@ -58,7 +58,7 @@ class Zone:
 def complement_slope(delta: np.ndarray, density_over_mean, degrees: np.ndarray) -> np.ndarray:
     """Return r d delta/dr of delta = l + 1 - eta, one for each degree l; delta never jumps, and is 3 at a centre.
 
-    Source: Radau 1885, with l + 1 - delta put for eta. Checked by tests/unit/bodies/test_apsidal.py.
+    Source: Radau 1885, with l + 1 - delta put for eta.
     """
     return delta**2 - (2 * degrees + 1) * delta + 6 * density_over_mean * (degrees + 2 - delta)
 
@@ -74,7 +74,7 @@ def integrate_zone(
 ) -> Zone:
     """Integrate a zone of given density and enthalpy at t = 1 along the descending nodes t from `state` at t[0].
 
-    NumericalError where the mass or radius grows beyond all bounds. Checked by tests/unit/bodies/test_apsidal.py.
+    NumericalError where the mass or radius grows beyond all bounds.
     """
     l_values = np.asarray(degrees, dtype=float)
 
@@ -101,8 +101,7 @@ def core_zone(
 ) -> Zone:
     """Return the core from xi = CORE_START to theta = t_end^4, with nodes about equally far apart in radius.
 
-    A complex index gives derivatives by the index: see `index_derivatives`. Checked by
-    tests/unit/bodies/test_apsidal.py.
+    A complex index gives derivatives by the index: see `index_derivatives`.
     """
     n, xi = index, CORE_START
     t_start = float(central_series(n.real, xi)[0]) ** 0.25
@@ -137,7 +136,7 @@ def love_number(index: float, degree: int = 2) -> float:
 
     Measured: 1e-14 relative against the closed forms of n = 0 and 1 for l = 2 to 8, and 3e-12 against 32-digit
     integrations up to n = 4.999. ValueError for an index outside 0 <= n < 5 or a degree below 2.
-    Source: Brooker & Olle 1955. Checked by tests/unit/bodies/test_apsidal.py.
+    Source: Brooker & Olle 1955.
 
     >>> print(f"{love_number(0.0):.6f} {love_number(1.0):.6f}")  # 3/2, and 15/pi^2 - 1
     1.500000 0.519818
@@ -177,7 +176,7 @@ def index_derivatives(index: float) -> IndexDerivatives:
     """Return the derivatives by n of the dimensionless numbers of the polytrope of `index`, to about 1e-13 relative.
 
     By a complex step, without a difference of close numbers: d f/dn = Im f(n + i h)/h. ValueError for an index outside
-    0 <= n < 5. Source: Squire & Trapp 1998, SIAM Review 40, 110. Checked by tests/unit/bodies/test_apsidal.py.
+    0 <= n < 5. Source: Squire & Trapp 1998, SIAM Review 40, 110.
     """
     lane_emden(float(index))  # says what is wrong with an index
     zone = core_zone(complex(index, _COMPLEX_STEP), 0.0, 2, DEGREES)

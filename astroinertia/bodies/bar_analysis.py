@@ -59,7 +59,7 @@ def bar_history(
     """Return what a homogeneous ellipsoid does at each time, from F and dF/dt (..., 3, 3) of its sphere of mean_radius.
 
     axis (3,): the line of sight, of any length. ValueError for arrays of another shape, or an axis of length 0.
-    Source: Chandrasekhar 1969. Test: tests/unit/bodies/test_bar_analysis.py.
+    Source: Chandrasekhar 1969.
 
     >>> from astroinertia.bodies.riemann import dedekind
     >>> figure = dedekind(0.6)
@@ -106,8 +106,7 @@ def bar(second_moment, mixed_moment, axis=(0.0, 0.0, 1.0)) -> tuple[np.ndarray, 
 
     second_moment and mixed_moment (..., 3, 3), as every dataset has them; axis (3,): the line of sight. The phase is
     within pi of the first direction across the axis (x for z); without a bar, of a strength beyond round-off, the
-    pattern speed is nan. ValueError for an axis of length 0. Source: Saijo et al. 2001. Test:
-    tests/unit/bodies/test_bar_analysis.py.
+    pattern speed is nan. ValueError for an axis of length 0. Source: Saijo et al. 2001.
 
     >>> moved = np.diag([4.0, 1.0, 1.0])  # a bar twice as long as wide, which turns rigidly by 0.3
     >>> strength, phase, pattern = bar(moved, 0.3 * moved @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]]))
@@ -131,7 +130,7 @@ def growth_rate(times, strength, low: float, high: float) -> float:
     """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
 
     A least-squares line through ln(strength), from the last time that it passes `low` before it first reaches `high`.
-    ValueError when fewer than three points lie between. Test: tests/unit/bodies/test_bar_analysis.py.
+    ValueError when fewer than three points lie between.
 
     >>> times = np.linspace(0.0, 10.0, 50)
     >>> print(f"{growth_rate(times, 1e-3 * np.exp(0.5 * times), 0.01, 0.1):.6f}")

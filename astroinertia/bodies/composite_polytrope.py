@@ -208,7 +208,7 @@ def composite_polytrope(
     index is 0 or more (5 and above, too), the envelope's 0 <= n < 5. Love numbers, W and moments are accurate to 1e-13.
     ValueError for other arguments, for fractions that no interface has, and for fractions that several have (give the
     pressure then: with a heavy core the mass fraction has a maximum, Schoenberg & Chandrasekhar 1942); NumericalError
-    where the envelope has no surface. Source: module text. Checked by tests/unit/bodies/test_composite_polytrope.py.
+    where the envelope has no surface. Source: module text.
 
     >>> print(f"{composite_polytrope(1.5, 1.5, radius_fraction=0.5).moment_ratio:.6f}")  # of one kind: 0.204600
     0.204600

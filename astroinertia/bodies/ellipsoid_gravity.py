@@ -24,7 +24,7 @@ _LOG_TAIL = 38.0  # ln u below the smallest squared axis at which exp(ln u) is b
 def index_symbols(axes) -> np.ndarray:
     """Return A_1, A_2, A_3 of the semi-axes (..., 3): dimensionless, of sum 2, to 1e-15.
 
-    Source: Chandrasekhar 1969, ch. 3; Carlson 1995. Test: tests/unit/bodies/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3; Carlson 1995.
 
     >>> print(index_symbols(np.array([1.0, 1.0, 1.0])).round(6))  # of a sphere
     [0.666667 0.666667 0.666667]
@@ -41,7 +41,6 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
     indices (0, 1) with power 0 give A_12, with power 1 B_12. squares: a^2, b^2, c^2, and after them any other shifts
     that `indices` may name; complex values near the positive axis give derivatives. Relative error 3e-16 for any axes.
     Source: Chandrasekhar 1969, section 21.
-    Test: tests/unit/bodies/test_ellipsoids.py.
 
     >>> print(f"{index_integral(np.ones(3), (0,), 0):.6f}")  # A_1 of a sphere
     0.666667
@@ -62,7 +61,7 @@ def index_integral(squares, indices: tuple[int, ...], power: int):
 def potential(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the potential (negative) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
-    Source: Chandrasekhar 1969, ch. 3 (Ferrers). Test: tests/unit/bodies/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3 (Ferrers).
 
     >>> print(f"{potential(np.ones(3), np.array([2.0, 0.0, 0.0])) / (4 / 3 * np.pi):.6f}")  # -M/r outside a sphere
     -0.500000
@@ -78,7 +77,7 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
 def acceleration(axes, points, density: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the gravity (..., 3) of the homogeneous ellipsoid at points (..., 3), inside and outside.
 
-    Source: Chandrasekhar 1969, ch. 3. Test: tests/unit/bodies/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, ch. 3.
 
     >>> print((acceleration(np.ones(3), np.array([2.0, 0.0, 0.0])) / (4 / 3 * np.pi))[0].round(6))  # -M/r^2
     -0.25
@@ -92,7 +91,7 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
 def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> float:
     """Return W = -(3/5) G M^2 R_F(a^2, b^2, c^2) of the homogeneous ellipsoid.
 
-    Source: Chandrasekhar 1969, section 22. Test: tests/unit/bodies/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, section 22.
 
     >>> print(f"{gravitational_energy(np.ones(3)):.6f}")  # -3/5 of a sphere
     -0.600000
@@ -106,7 +105,7 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
 def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the diagonal of Chandrasekhar's potential-energy tensor (3,), of sum W.
 
-    Source: Chandrasekhar 1969, section 22. Test: tests/unit/bodies/test_ellipsoids.py.
+    Source: Chandrasekhar 1969, section 22.
 
     >>> print(potential_energy_tensor(np.ones(3)).round(6))
     [-0.2 -0.2 -0.2]

@@ -60,7 +60,6 @@ def viscous_modes(body: HomogeneousEllipsoid, kinematic_viscosity: float) -> Fri
 
     The last one of a figure with three axes is that in which its circulation decays or runs away. Units of the body.
     ValueError for a negative viscosity, or a figure with internal motion. Source: Rosenkilde 1967.
-    Test: tests/unit/bodies/test_ellipsoid_secular.py.
 
     >>> from astroinertia.bodies import maclaurin
     >>> changes = viscous_modes(maclaurin.from_eccentricity(0.5), 1e-3).changes
@@ -88,7 +87,7 @@ def radiative_modes(body: HomogeneousEllipsoid, speed_of_light: float) -> Fricti
     """Return the modes of a figure at rest in space and how gravitational radiation reaction changes their rates.
 
     Units of the body. ValueError for a figure that radiates (three axes, turning), or a tide, or a speed of light of
-    zero or less. Source: Chandrasekhar 1970. Test: tests/unit/bodies/test_ellipsoid_secular.py.
+    zero or less. Source: Chandrasekhar 1970.
 
     >>> from astroinertia.bodies import riemann
     >>> print(len(radiative_modes(riemann.dedekind(0.8), 10.0).rates))
@@ -122,7 +121,6 @@ def bar_rates(
     k = 4 G M a^2/(25 c^5), whose other roots, where the last term is as large as the rest, mean nothing. ValueError for
     three axes, NumericalError where radiation is so strong that the factor is not found.
     Source: Roberts & Stewartson 1963; Chandrasekhar 1970.
-    Test: tests/unit/bodies/test_ellipsoid_secular.py.
 
     >>> from astroinertia.bodies import maclaurin
     >>> rates = bar_rates(maclaurin.from_eccentricity(0.9), kinematic_viscosity=1e-3)
@@ -163,7 +161,7 @@ def secular_growth_rate(
     """Return the growth rate, to first order in the friction, of the fastest mode; negative: all of them decay.
 
     With both frictions at once the figure is a spheroid. ValueError as of `viscous_modes` and `radiative_modes`, and
-    where neither is given. Source: Lindblom & Detweiler 1977. Test: tests/unit/bodies/test_ellipsoid_secular.py.
+    where neither is given. Source: Lindblom & Detweiler 1977.
 
     >>> from astroinertia.bodies import maclaurin
     >>> print(secular_growth_rate(maclaurin.from_eccentricity(0.9), 1e-3) > 0)  # a bar by friction
@@ -190,7 +188,6 @@ def secular_onset(
     """Return the parameter between `low` and `high` at which figure(parameter) begins to be secularly unstable.
 
     ValueError unless the growth rate changes its sign between. Source: Chandrasekhar 1969, section 37.
-    Test: tests/unit/bodies/test_ellipsoid_secular.py.
 
     >>> from astroinertia.bodies import maclaurin
     >>> print(f"{secular_onset(maclaurin.from_eccentricity, 0.7, 0.9, 1e-3):.6f}")  # where Jacobi ellipsoids branch off

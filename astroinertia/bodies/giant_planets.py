@@ -65,7 +65,7 @@ class GiantPlanet:
 def measured_field(name: str) -> MeasuredField:
     """Return the field of "Jupiter" (Durante et al. 2020) or "Saturn" (Iess et al. 2019), harmonics to degree 10.
 
-    UnlistedError for other names. Checked by tests/physics/test_giant_planets.py.
+    UnlistedError for other names.
 
     >>> print(measured_field("Jupiter").name)
     Jupiter
@@ -92,7 +92,7 @@ def giant_planet(field: MeasuredField, core_fraction: float = CORE_FRACTION) -> 
 
     core_fraction: the core's share of the mean radius, which the field leaves open. Powell's method for n and
     ln(K/K_core), from the single polytrope that has J2. Raises ValueError for a core outside (0, 1), NumericalError if
-    no such model is found. Source: Neuenschwander et al. 2021; checked by tests/physics/test_giant_planets.py.
+    no such model is found. Source: Neuenschwander et al. 2021.
 
     >>> figure = giant_planet(measured_field("Jupiter")).figure
     >>> print(f"{figure.polar_moment_ratio_equatorial:.4f}")  # published: 0.2639

@@ -138,8 +138,7 @@ class HomogeneousEllipsoid(EquilibriumFigure):
     def zonal_harmonics(self) -> np.ndarray:
         """J_2, J_4, ... J_20 with the equatorial radius a, of a spheroid: 3 (-1)^(n+1) e^2n/((2n + 1)(2n + 3)).
 
-        ValueError for three different axes. Source: Hubbard 2012, ApJL 756, L15. Test:
-        tests/unit/bodies/test_ellipsoids.py.
+        ValueError for three different axes. Source: Hubbard 2012, ApJL 756, L15.
         """
         if self.b_over_a != 1:
             raise ValueError("zonal harmonics in closed form belong to a spheroid: this ellipsoid has three axes")

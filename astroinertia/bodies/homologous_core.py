@@ -113,7 +113,7 @@ def _outwards(rate: float, end: float, nodes=None, events=None):
 def critical_rate() -> float:
     """The largest lambda: that at which f touches zero, to 1e-12.
 
-    Goldreich & Weber (1980) have 0.00654. Checked by tests/unit/bodies/test_homologous_core.py.
+    Goldreich & Weber (1980) have 0.00654.
 
     >>> print(f"{critical_rate():.10f}")
     0.0065437581

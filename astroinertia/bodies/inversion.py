@@ -96,8 +96,7 @@ def two_layers(
 
     Exactly one of the last three is given; the body is unique. ValueError where there is none, with the reason. A core
     lighter than its mantle (moment ratio above 0.4) is found, too. Within a JAX transformation nothing is refused: a
-    body that cannot be has a NaN or a negative density. Source: the module's equations. Checked by
-    tests/unit/bodies/test_inversion.py.
+    body that cannot be has a NaN or a negative density. Source: the module's equations.
 
     >>> print(f"{float(two_layers(3933.0, 0.3637, mantle_density=3500.0).core_radius_ratio):.5f}")  # of Mars
     0.41917
@@ -125,7 +124,7 @@ def two_layers_with_errors(
     """The same with its covariance, from the errors of (mean density, moment ratio, the given number).
 
     errors: three standard errors, or a covariance (3, 3). Linear in the errors, by the exact jacobian: near the limits
-    of what exists, sample instead. ValueError as for `two_layers`. Checked by tests/unit/bodies/test_inversion.py.
+    of what exists, sample instead. ValueError as for `two_layers`.
 
     >>> known = two_layers_with_errors(3933.0, 0.3637, np.array([1.0, 1e-4, 50.0]), mantle_density=3500.0)
     >>> print(f"{known.standard_errors.core_radius_ratio:.3f}")
@@ -195,8 +194,7 @@ def _family(mean_density: Array, moment_ratio: Array, shell_density: Array, boun
 def inverted(xp: Any, mean_density: Array, moment_ratio: Array, assumed: Array, name: str) -> TwoLayers:
     """What `two_layers` solves, over a namespace xp, numpy (arrays in, arrays out) or jax.numpy; nothing is refused.
 
-    name: which of mantle_density, core_density and core_radius_ratio is assumed. Checked by
-    tests/unit/bodies/test_inversion.py.
+    name: which of mantle_density, core_density and core_radius_ratio is assumed.
 
     >>> print(f"{inverted(np, 3933.0, 0.3637, 3500.0, 'mantle_density').core_radius_ratio:.5f}")
     0.41917

@@ -23,10 +23,7 @@ class State(NamedTuple):
 
 
 def ecliptic_axes() -> np.ndarray:
-    """The axes (3, 3) of the mean ecliptic and equinox of J2000 as rows, in ICRF (equatorial) axes.
-
-    Checked by tests/unit/bodies/test_j2000.py.
-    """
+    """The axes (3, 3) of the mean ecliptic and equinox of J2000 as rows, in ICRF (equatorial) axes."""
     c, s = np.cos(MEAN_OBLIQUITY), np.sin(MEAN_OBLIQUITY)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
 
@@ -36,7 +33,7 @@ def states(about: str = "Earth", axes: np.ndarray | None = None) -> dict[str, St
 
     axes (3, 3): rows in ICRF axes, those of the ecliptic unless given. The Moon is there for the Earth alone; for other
     bodies Earth and Moon are one, at their centre of mass. KeyError for a body that is not in the table.
-    Source: DE440, Park et al. 2021, AJ 161, 105. Checked by tests/unit/bodies/test_j2000.py.
+    Source: DE440, Park et al. 2021, AJ 161, 105.
     """
     turn, table = ecliptic_axes() if axes is None else np.asarray(axes), _table()
     if about == "Earth":

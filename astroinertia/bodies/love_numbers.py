@@ -67,8 +67,7 @@ def yielding_body(
     """The planet of these layers with a rigidity and a bulk modulus (Pa) of each, numbers or coefficients in x = r/R.
 
     Without bulk_modulus it is incompressible, without rheology elastic. ValueError where the numbers of layers differ,
-    a rigidity is negative or a bulk modulus not positive. Source: as for `love_numbers`. Checked by
-    tests/unit/bodies/test_love_numbers.py.
+    a rigidity is negative or a bulk modulus not positive. Source: as for `love_numbers`.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> earth = constant_layers([6.371e6], [5515.0], 6.674e-11)
@@ -101,8 +100,7 @@ def seismic_body(
 
     radii: outer ones (m); of each layer the coefficients in x = r/R of the density (kg m-3) and of the velocities (m/s)
     of pressure and of shear waves, which are 0 in a fluid.
-    ValueError as for `yielding_body` and `polynomial_layers`. Source: Dziewonski & Anderson 1981, PEPI 25, 297. Checked
-    by tests/unit/bodies/test_love_numbers.py.
+    ValueError as for `yielding_body` and `polynomial_layers`. Source: Dziewonski & Anderson 1981, PEPI 25, 297.
 
     >>> moon = seismic_body([1.737e6], [[3344.0]], [[8000.0]], [[4500.0]])
     >>> print(f"{love_numbers(moon).k:.4f}")  # without a core
@@ -123,7 +121,7 @@ def interior(name: str) -> YieldingBody:
     """The Moon or Mars by a published seismic model, elastic at seismic frequencies: data/interiors.csv.
 
     Moon: Weber et al. 2011, Science 331, 309. Mars: Khan et al., Knapmeyer-Endrun et al. and Staehler et al. 2021,
-    Science 373, 434, 438 and 443. ValueError for another name. Checked by tests/unit/bodies/test_love_numbers.py.
+    Science 373, 434, 438 and 443. ValueError for another name.
 
     >>> print(f"{love_numbers(interior('Moon')).k:.4f}")  # GRAIL, at a month: 0.0241
     0.0234
@@ -153,7 +151,7 @@ def love_numbers(planet: YieldingBody, degree: int = 2, frequency: Array = math.
     numbers k', h', l' instead, of a mass on the surface whose own potential is that. A negative frequency gives the
     conjugate. ValueError for a degree below 2, and for a frequency of 0, at which what creeps is fluid: give it no
     rigidity.
-    Sources: those of the module. Checked by tests/unit/bodies/test_love_numbers.py.
+    Sources: those of the module.
 
     >>> from functools import partial
     >>> from astroinertia.bodies.layered import constant_layers

@@ -32,7 +32,7 @@ class MomentumLaw:
     """Omega/Omega_0 by its values (65,) at distances sin(0 ... pi/2) of `edge`, beyond which w^2 Omega is constant.
 
     As it is made, rigid, it is where the search for a star begins: rotating_star(matter, axis_ratio, MomentumLaw()).
-    It answers like rotation_laws.RotationLaw. Test: tests/unit/bodies/test_maclaurin_momentum.py.
+    It answers like rotation_laws.RotationLaw.
     """
 
     rates: tuple[float, ...] = (1.0,) * _RINGS

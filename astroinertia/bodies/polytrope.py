@@ -63,7 +63,6 @@ def central_series(n: float | complex, xi):
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
     a_(k+1) = -b_k / ((2k + 2)(2k + 3)). n and xi may be complex, for derivatives. Source: Chandrasekhar 1939, ch. IV.
-    Checked by tests/unit/bodies/test_polytrope.py.
     """
     xi = np.asarray(xi, dtype=complex if np.iscomplexobj(xi) else float)
     a: list = [1.0]

@@ -71,7 +71,6 @@ def bar_mode(
     grows, or decays more slowly. kinematic_viscosity: the same everywhere, with a bulk viscosity so many times the
     shear viscosity (5/3 for particles, effects/kinds/shear_viscosity.py). NumericalError where two degrees of trial
     displacements disagree; ValueError for viscosity in a star that it would make turn otherwise.
-    Test: tests/unit/bodies/test_rotating_modes.py.
     """
     eigenvalues = [_bar(star, gamma, degree, kinematic_viscosity, bulk_over_shear) for degree in _DEGREES]
     difference = abs(eigenvalues[1] - eigenvalues[0])
@@ -101,7 +100,7 @@ def spectrum(
 
     Second the share (S,) in each, by mass, of the displacement whose xi_x - i xi_y goes as w^(mode - 1): for mode 2
     that of a bar, linear in x and y. mode: 2, 4, ...; degree: of the polynomials in w^2 and z^2. gamma: Gamma1, the
-    same everywhere; viscosities as in bar_mode. Test: tests/unit/bodies/test_rotating_modes.py.
+    same everywhere; viscosities as in bar_mode.
     """
     if mode < 2 or mode % 2:
         raise ValueError(f"modes must be 2, 4, ..., not {mode!r}")

@@ -50,8 +50,7 @@ def rotating_sequence(index: float, law: RotationLaw = RIGID, members: int = 31)
     """Return so many polytropes of one mass and entropy from rest to mass shedding, as steps of their axis ratio grow.
 
     The scale of the law is in equatorial radii. ValueError for an index that is not in (0, 3): an entropy does not give
-    a radius to n = 0 or n = 3; and for fewer than 2 members. Source: Hachisu 1986, ApJS 61, 479. Test:
-    tests/unit/bodies/test_rotating_sequence.py.
+    a radius to n = 0 or n = 3; and for fewer than 2 members. Source: Hachisu 1986, ApJS 61, 479.
 
     >>> stars = rotating_sequence(1.5, members=5)
     >>> first, last = (stars.at(each) for each in (0.0, stars.angular_momentum[-1]))

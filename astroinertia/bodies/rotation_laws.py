@@ -67,7 +67,7 @@ class FollowingLaw(Law, Protocol):
 class RotationLaw:
     """A law by its kind and scale A (any unit of length; None for rigid); ValueError where these contradict.
 
-    Lengths are given to the methods in the unit of the scale. Test: tests/unit/bodies/test_scf.py.
+    Lengths are given to the methods in the unit of the scale.
 
     >>> law = RotationLaw("j_constant", 0.5)
     >>> print(law.rate([0.0, 0.5]), f"{law.rate(1e3) * 1e6:.4f}")  # halved at A, then as A^2/w^2

@@ -159,7 +159,7 @@ def inverted(material: Any, pressure: Array) -> Array:
 
     Newton's method kept inside a bracket, from Murnaghan's density for the same K and K'; NaN where the pressure is
     beyond what the material reaches at 20 times its reference density or before its bulk modulus vanishes. Below no
-    pressure the density is rho_0 exp(P/K). Checked by tests/unit/matter/test_planetary.py.
+    pressure the density is rho_0 exp(P/K).
 
     >>> with jax.enable_x64(True):
     ...     print(f"{inverted(IRON_HCP, IRON_HCP.pressure(12000.0)):.6f}")
@@ -213,7 +213,7 @@ def _compressed_jvp(at: tuple, along: tuple) -> tuple[Array, Array]:
 @with_quantities()
 @double_precision()
 def pressure(material: Material, density: Array) -> Array:
-    """The cold pressure of a material at densities of any shape. Checked by tests/unit/matter/test_planetary.py.
+    """The cold pressure of a material at densities of any shape.
 
     >>> print(f"{pressure(IRON_HCP, 13000.0) / 1e9:.0f} GPa")  # cold iron as dense as the Earth's centre
     253 GPa
@@ -226,8 +226,6 @@ def pressure(material: Material, density: Array) -> Array:
 def density(material: Material, pressure: Array) -> Array:
     """The density of a material at pressures of any shape; NaN beyond the reach of its equation.
 
-    Checked by tests/unit/matter/test_planetary.py.
-
     >>> print(f"{density(PEROVSKITE, 136e9):.0f} kg/m3")  # at the foot of the Earth's mantle, cold
     5547 kg/m3
     """
@@ -237,8 +235,7 @@ def density(material: Material, pressure: Array) -> Array:
 @with_quantities()
 @double_precision()
 def bulk_modulus(material: Material, density: Array) -> Array:
-    """K = rho dP/d rho at densities of any shape, by exact differentiation. Checked by
-    tests/unit/matter/test_planetary.py.
+    """K = rho dP/d rho at densities of any shape, by exact differentiation.
 
     >>> print(f"{bulk_modulus(IRON_HCP, 8300.0) / 1e9:.1f} GPa")  # at no pressure: that of the table
     156.2 GPa
@@ -252,8 +249,7 @@ def bulk_modulus(material: Material, density: Array) -> Array:
 def cold_energy(material: Material, density: Array) -> Array:
     """Energy a mass of compression from the reference density, the integral of P/rho^2 d rho, any shape.
 
-    Gauss-Legendre quadrature, exact to round-off up to some fivefold compression. Source: dE = -P dV. Checked by
-    tests/unit/matter/test_planetary.py.
+    Gauss-Legendre quadrature, exact to round-off up to some fivefold compression. Source: dE = -P dV.
 
     >>> small = cold_energy(IRON_HCP, 8300.0 * 1.001)
     >>> print(f"{small / (156.2e9 * 0.001**2 / (2 * 8300.0)):.3f}")  # Hooke: K (drho/rho)^2/(2 rho)

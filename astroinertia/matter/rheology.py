@@ -22,8 +22,6 @@ Array = Any
 def maxwell(frequency: Array, relaxation_time: Array) -> Array:
     """A spring and a dashpot in series, 1 - i/(omega tau_M): flows for good in times above the Maxwell time (s).
 
-    Checked by tests/unit/matter/test_rheology.py.
-
     >>> print(maxwell(0.5, 2.0))
     (1-1j)
     """
@@ -34,8 +32,6 @@ def maxwell(frequency: Array, relaxation_time: Array) -> Array:
 def kelvin_voigt(frequency: Array, relaxation_time: Array) -> Array:
     """A spring and a dashpot side by side, 1/(1 + i omega tau): yields late, and no more than the spring in the end.
 
-    Checked by tests/unit/matter/test_rheology.py.
-
     >>> print(kelvin_voigt(0.5, 2.0))
     (0.5-0.5j)
     """
@@ -45,8 +41,6 @@ def kelvin_voigt(frequency: Array, relaxation_time: Array) -> Array:
 @with_quantities(frequency="rad/s")
 def burgers(frequency: Array, relaxation_time: Array, strength: Array, decay_time: Array) -> Array:
     """Maxwell's and Kelvin and Voigt's in series: `strength` times the elastic compliance more, by the decay time (s).
-
-    Checked by tests/unit/matter/test_rheology.py.
 
     >>> print(burgers(0.5, 2.0, 1.0, 2.0))
     (1.5-1.5j)
@@ -59,7 +53,7 @@ def andrade(frequency: Array, relaxation_time: Array, exponent: float = 1 / 3, d
     """Maxwell's and a creep that goes as t^exponent: + Gamma(1 + alpha) (i omega tau_A)^-alpha.
 
     decay_time: tau_A (s), the Maxwell time without it, as laboratories suggest; exponent alpha: 0.2 to 0.4 of rock and
-    ice, between 0 and 1 (ValueError otherwise). Checked by tests/unit/matter/test_rheology.py.
+    ice, between 0 and 1 (ValueError otherwise).
 
     >>> print(f"{andrade(1.0, 1e6):.5f}")  # a million times faster than Maxwell's flow: transient creep
     1.00773-0.00447j
@@ -81,8 +75,7 @@ def absorption_band(frequency: Array, quality: Array, reference_frequency: Array
     of a tide: with alpha near 0 (1e-6) Q is constant, and the compliance grows by (2/(pi Q)) ln(omega_r/omega). The
     transient part of Andrade's creep has this form exactly, others to first order in 1/Q. ValueError for an exponent
     that is not between 0 and 1. At a negative frequency it is the conjugate. Source: Wahr & Bergen 1986, GJRAS 87, 633,
-    as in IERS TN 36, 6.2.1; Kanamori & Anderson 1977, Rev. Geophys. 15, 105. Checked by
-    tests/unit/matter/test_rheology.py.
+    as in IERS TN 36, 6.2.1; Kanamori & Anderson 1977, Rev. Geophys. 15, 105.
 
     >>> print(f"{absorption_band(1e-4, 100.0, 1.0, 0.15):.4f}")  # four decades below: softer by 12 %, Q 27
     1.1242-0.0398j
@@ -105,8 +98,7 @@ def dissipation(
     """-Im k of a homogeneous incompressible body at frequencies above 0, by Maxwell's or Andrade's rheology.
 
     love_number: the elastic k; fluid_love_number: k of the fluid, 3/(2(n - 1)) of a homogeneous one of degree n. With
-    the compliance j, k = k_f/(1 + (k_f/k_e - 1)/j). Source: Efroimsky 2012, CeMDA 112, 283. Checked by
-    tests/unit/matter/test_rheology.py.
+    the compliance j, k = k_f/(1 + (k_f/k_e - 1)/j). Source: Efroimsky 2012, CeMDA 112, 283.
 
     >>> print(f"{dissipation(0.3, 1.5, 1.0, 0.2):.3f}")  # the greatest: at the relaxation time 0.2 (1 + 4)
     0.600

@@ -20,7 +20,7 @@ _BARS_APART = 3.0  # degrees between the widths of resonances beside a section
 def precession_figure(dataset: xr.Dataset) -> Figure:
     """Nutation about the steady motion, its loops in space, and the rate by its parts, of `studies.precession`.
 
-    SceneError for another Dataset. Checked by tests/unit/plots/test_precession.py.
+    SceneError for another Dataset.
     """
     _require(dataset, "precession_rate", "precession")
     with style.styled():
@@ -47,7 +47,7 @@ def precession_figure(dataset: xr.Dataset) -> Figure:
 def chandler_figure(dataset: xr.Dataset) -> Figure:
     """The period of the Earth's free wobble from cause to cause, of `studies.precession.chandler_wobble`.
 
-    SceneError for another Dataset. Checked by tests/unit/plots/test_precession.py.
+    SceneError for another Dataset.
 
     >>> from astroinertia.studies.precession import chandler_wobble
     >>> print([text.get_text() for text in chandler_figure(chandler_wobble()).axes[0].texts][-1])
@@ -90,7 +90,7 @@ def chandler_figure(dataset: xr.Dataset) -> Figure:
 def section_figure(section, eccentricity: float, asphericity: float, resonances: tuple[float, ...] = ()) -> Figure:
     """A surface of section of `rotation.spin_orbit`: angle of the long axis and rate at each pericentre.
 
-    resonances: p of those whose width is drawn in the margin. Checked by tests/unit/plots/test_precession.py.
+    resonances: p of those whose width is drawn in the margin.
 
     >>> from astroinertia.rotation.spin_orbit import surface_of_section
     >>> section = surface_of_section(0.1, 0.2, np.zeros(5), np.linspace(0.5, 2.0, 5), 20, 24)
@@ -126,7 +126,7 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
 def obliquity_figure(dataset: xr.Dataset) -> Figure:
     """The obliquity against time, of `studies.obliquity.obliquity_history`.
 
-    SceneError for another Dataset. Checked by tests/unit/plots/test_precession.py.
+    SceneError for another Dataset.
 
     >>> from astroinertia.studies.obliquity import obliquity_history
     >>> (axes,) = obliquity_figure(obliquity_history("Mars", 1e6, samples=200)).axes

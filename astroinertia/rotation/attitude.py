@@ -27,8 +27,6 @@ ROUGHLY_ORTHOGONAL = 1e-6
 def cross_matrix(vector: Array) -> Array:
     """The antisymmetric matrix (..., 3, 3) with [v] x = v cross x, of vectors (..., 3).
 
-    Test: tests/unit/rotation/test_attitude.py.
-
     >>> print(cross_matrix(np.array([0.0, 0.0, 1.0])) @ [1.0, 0.0, 0.0])  # z cross x
     [0. 1. 0.]
     """
@@ -44,7 +42,6 @@ def rotation(vector: Array) -> Array:
     """The rotation (..., 3, 3) about a rotation vector (..., 3): its direction is the axis, its length the angle.
 
     To round-off for any angle, with derivatives at 0. Source: Rodrigues' formula, Goldstein et al. eq. 4.62.
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print((rotation(np.array([0.0, 0.0, np.pi / 2])) @ [1.0, 0.0, 0.0]).round(12))  # a quarter turn about z
     [0. 1. 0.]
@@ -66,7 +63,6 @@ def rotation_vector(rotation: Array) -> Array:
     """The rotation vector (..., 3) of a rotation (..., 3, 3), of length 0 to pi; the inverse of `rotation`.
 
     To round-off for any angle: at pi either of the two directions. ValueError for a matrix that is no rotation.
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(rotation_vector(rotation(np.array([0.1, 0.2, 0.3]))).round(12))  # the inverse
     [0.1 0.2 0.3]
@@ -86,7 +82,7 @@ def quaternion(attitude: Array) -> Array:
 
     Source: Shepperd (1978), Journal of Guidance and Control 1, 223: the largest of the four components is taken from
     the diagonal, so that no digits are lost at any angle. ValueError for a matrix that is no rotation (not seen inside
-    jit). Test: tests/unit/rotation/test_attitude.py.
+    jit).
 
     >>> print(quaternion(rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(6))  # of a body turned about z
     [0.707107 0.       0.       0.707107]
@@ -114,7 +110,7 @@ def quaternion(attitude: Array) -> Array:
 def attitude_of_quaternion(quaternion: Array) -> Array:
     """The attitude (..., 3, 3) of a quaternion (..., 4), scalar first, of any length but 0.
 
-    Source: Goldstein et al. eq. 4.47'. Test: tests/unit/rotation/test_attitude.py.
+    Source: Goldstein et al. eq. 4.47'.
 
     >>> print(np.diag(attitude_of_quaternion(np.array([0.0, 0.0, 0.0, 1.0]))))  # half a turn about z
     [-1. -1.  1.]
@@ -134,7 +130,7 @@ def attitude_of_quaternion(quaternion: Array) -> Array:
 def quaternion_product(left: Array, right: Array) -> Array:
     """The quaternion (..., 4) of the rotation `right` followed by the rotation `left`, both in inertial axes.
 
-    Source: Hamilton's product. Test: tests/unit/rotation/test_attitude.py.
+    Source: Hamilton's product.
 
     >>> print(quaternion_product(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0])))  # i j = k
     [0. 0. 0. 1.]
@@ -153,7 +149,6 @@ def attitude_of_euler_angles(angles: Array, sequence: str = "zxz") -> Array:
     R = R_i(first) R_j(second) R_k(third), each about an axis of the body as it stands then (intrinsic). "zxz" is that
     of mechanics and of astronomy, angles (precession, nutation, spin); "zyx" is yaw, pitch and roll. ValueError for
     another sequence than two or three different axes. Source: Goldstein et al. section 4.4 and appendix A.
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(attitude_of_euler_angles(np.array([0.0, np.pi / 2, 0.0]))[2].round(12) + 0.0)  # its axis, tilted
     [ 0. -1.  0.]
@@ -174,7 +169,6 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
     begins and ends with the same axis, else from -pi/2 to pi/2. The angles give the attitude back to round-off
     everywhere; where the second is at an end of its range only a sum of the others is defined. ValueError for another
     sequence than two or three different axes, and for a matrix that is no rotation (not seen inside jit).
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(euler_angles(attitude_of_euler_angles(np.array([0.3, 0.4, 0.5]))).round(12))  # the inverse
     [0.3 0.4 0.5]
@@ -209,7 +203,6 @@ def nearest_rotation(matrix: Array) -> Array:
     NaN where the matrix is not finite. In JAX it has derivatives wherever no other rotation is as near: also at a
     rotation itself. ValueError for another shape.
     Source: Horn, Hilden & Negahdaripour (1988), J. Opt. Soc. Am. A 5, 1127, by singular values.
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(np.diag(nearest_rotation(1.1 * np.eye(3))).round(12))
     [1. 1. 1.]
@@ -261,8 +254,6 @@ def _jax_nearest() -> Any:
 def angle_between(one: Array, other: Array) -> Array:
     """The angle (...,), 0 to pi, of the rotation between two attitudes (..., 3, 3), to 1e-15 of a radian.
 
-    Test: tests/unit/rotation/test_attitude.py.
-
     >>> print(f"{angle_between(np.eye(3), rotation(np.array([0.0, 0.0, 0.25]))):.6f}")
     0.250000
     """
@@ -279,7 +270,7 @@ def angle_between(one: Array, other: Array) -> Array:
 def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
     """dA/dt = -[omega] A, (..., 3, 3), of an attitude and the angular velocity (..., 3) in body axes, in rad per time.
 
-    Source: Goldstein et al. section 4.9. Test: tests/unit/rotation/test_attitude.py.
+    Source: Goldstein et al. section 4.9.
 
     >>> print(attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))[0])  # where body axis 1 goes: to +y
     [0. 2. 0.]
@@ -290,8 +281,6 @@ def attitude_rate(attitude: Array, body_angular_velocity: Array) -> Array:
 @with_quantities(attitude_rate="s-1")
 def body_angular_velocity(attitude: Array, attitude_rate: Array) -> Array:
     """The angular velocity (..., 3) in body axes of an attitude and its rate (..., 3, 3); undoes `attitude_rate`.
-
-    Test: tests/unit/rotation/test_attitude.py.
 
     >>> print(body_angular_velocity(np.eye(3), attitude_rate(np.eye(3), np.array([0.0, 0.0, 2.0]))))
     [0. 0. 2.]

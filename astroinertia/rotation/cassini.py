@@ -44,7 +44,6 @@ def hansen_coefficient(eccentricity: float, p: float) -> float:
 
     The mean of (a/r)^3 cos(2 f - 2 p M) over an orbit: H(1) = 1 - 5 e^2/2 + ..., H(3/2) = 7 e/2 - ...; ValueError for
     2p that is no integer and for e outside 0 <= e < 1. Source: Goldreich & Peale 1966, AJ 71, 425; Cayley 1861.
-    Checked by tests/unit/rotation/test_cassini.py.
 
     >>> print(f"{hansen_coefficient(0.2056, 1.5):.4f}")  # 7 e/2 - ..., of Mercury
     0.6542
@@ -73,7 +72,6 @@ def critical_node_rate(precession_constant: float, inclination: float) -> float:
     """|node rate| above which states 1 and 4 are gone, alpha/(sin^(2/3) i + cos^(2/3) i)^(3/2), rad s-1.
 
     For free spin. Source: Henrard & Murigande 1987; Ward & Hamilton 2004, AJ 128, 2501, (4).
-    Checked by tests/unit/rotation/test_cassini.py.
 
     >>> print(f"{critical_node_rate(1.0, np.radians(5.0)):.3f}")
     0.766
@@ -124,7 +122,7 @@ def resonant_obliquity(
     moment_ratio: C/(M R^2) for the radius of J2 and C22; inclination to the pole of the orbit's precession; node_rate
     negative for a regressing node; primary_share: GM of the primary over n^2 a^3, 0.988 for the Moon. It is state 2
     where there is no state 1, as for the Moon, and state 1 otherwise, as for Mercury. ValueError for what has no such
-    state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143. Checked by tests/unit/rotation/test_cassini.py.
+    state. Source: Peale 1969, (18); Peale 1981, Icarus 48, 143.
 
     >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7  # the Moon, locked, in state 2
     >>> rates = 2 * np.pi / month, -2 * np.pi / node
@@ -157,7 +155,7 @@ def moment_ratio_from_obliquity(
 
     The inverse of `resonant_obliquity`, with its arguments; the obliquity is positive towards the pole and beyond.
     ValueError where the node does not move or s lies in line with k. Source: Peale 1981; Margot et al. 2012, JGR
-    Planets 117, E00L09. Checked by tests/unit/rotation/test_cassini.py.
+    Planets 117, E00L09.
 
     >>> month, node = 27.3217 * 86400, 18.6 * 3.15576e7
     >>> known = 2.033e-4, 2.24e-5, 2 * np.pi / month, -2 * np.pi / node, np.radians(5.145)

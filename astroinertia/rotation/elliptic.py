@@ -40,7 +40,7 @@ def digits(count: int = _DIGITS):
 def exact(value: Number) -> Fraction:
     """The exact value of a number; a decimal string is that decimal, and a float what its bits say.
 
-    ValueError where it is not a finite number. Test: tests/unit/rotation/test_elliptic.py.
+    ValueError where it is not a finite number.
     """
     if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
         value = value.item()
@@ -77,7 +77,7 @@ def arithmetic_geometric_mean(one: Decimal, other: Decimal) -> Decimal:
 def carlson_rf(x: Decimal, y: Decimal, z: Decimal) -> Decimal:
     """Carlson's R_F of numbers that are not negative, at most one of them zero; within `digits()`.
 
-    Source: Carlson (1995), Numer. Algorithms 10, 13, by duplication. Test: tests/unit/rotation/test_elliptic.py.
+    Source: Carlson (1995), Numer. Algorithms 10, 13, by duplication.
     """
     while True:
         mean = (x + y + z) / 3
@@ -97,7 +97,6 @@ def complete_integral(complement: Decimal, weight: Decimal, cosine_part: Decimal
 
     The integral from 0 to pi/2 of (a cos^2 + b sin^2)/((cos^2 + p sin^2) sqrt(cos^2 + k'^2 sin^2)); without
     cancellation where a and b have one sign. Source: Bulirsch (1969), Numer. Math. 13, 305; DLMF 19.2.11.
-    Test: tests/unit/rotation/test_elliptic.py.
     """
     k, product, m, p = complement, complement, Decimal(1), weight.sqrt()
     a, b = cosine_part, sine_part / p
@@ -114,7 +113,7 @@ def complete_integral(complement: Decimal, weight: Decimal, cosine_part: Decimal
 class Modulus:
     """A modulus k by its square and the square of its complement k', which keeps the digits next to k = 1.
 
-    Both of 60 digits, from 0 to 1; k' is not 0. Source: DLMF 22.2. Test: tests/unit/rotation/test_elliptic.py.
+    Both of 60 digits, from 0 to 1; k' is not 0. Source: DLMF 22.2.
     """
 
     square: Decimal
@@ -166,7 +165,7 @@ class Modulus:
     def incomplete(self, sine: Decimal, cosine_square: Decimal, delta_square: Decimal, ahead: bool) -> Decimal:
         """The u of given sn, cn^2, dn^2, all in 60 digits, from -2K to 2K; `ahead` says that cn is not negative.
 
-        Source: DLMF 19.25.5 and 22.15. Test: tests/unit/rotation/test_elliptic.py.
+        Source: DLMF 19.25.5 and 22.15.
         """
         with digits():
             argument = sine * carlson_rf(cosine_square, delta_square, Decimal(1))
@@ -192,7 +191,7 @@ def jacobi(modulus: Modulus, quarters: np.ndarray, rest: np.ndarray) -> tuple[np
     """sn, cn and dn, each (...,), at u = 4K (quarters/4 + rest), with whole quarters and |rest| up to an eighth.
 
     Relative error below 3e-15 + 1e-15 K|rest|, also where a function is next to 0. Source: DLMF 22.2.4 to 22.2.6,
-    20.2 and 20.7(viii). Test: tests/unit/rotation/test_elliptic.py.
+    20.2 and 20.7(viii).
     """
     odd, even = _first_terms(modulus.log_nome, True), _first_terms(modulus.log_nome, False)
     root, other_root = modulus._roots
@@ -230,7 +229,7 @@ class Clock:
     def turns(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Quarters of a turn (...,), whole numbers from -2 to 2, and the rest (...,) of a turn, up to an eighth.
 
-        The error of the rest is 1e-16 of itself and 1e-32 of all turns. Test: tests/unit/rotation/test_elliptic.py.
+        The error of the rest is 1e-16 of itself and 1e-32 of all turns.
         """
         with digits():
             start = self.start - self.start.to_integral_value()
@@ -256,17 +255,14 @@ def hyperbolic(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.nda
 
 
 def unit(quarters: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """exp(2 pi i (quarters/4 + rest)), (...,): a Clock's turns as a point of the circle, exact in the quarters.
-
-    Test: tests/unit/rotation/test_elliptic.py.
-    """
+    """exp(2 pi i (quarters/4 + rest)), (...,): a Clock's turns as a point of the circle, exact in the quarters."""
     return np.array([1.0, 1.0j, -1.0, -1.0j])[quarters % 4] * np.exp(2.0j * np.pi * rest)
 
 
 def two_parts(rate: Decimal, start: Decimal, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """start + rate x times as a double (...,) and what it lacks (...,), to 1e-32; within `digits()`.
 
-    Source: Dekker (1971), Numer. Math. 18, 224. Test: tests/unit/rotation/test_elliptic.py.
+    Source: Dekker (1971), Numer. Math. 18, 224.
     """
     (rate_high, rate_low), (start_high, start_low) = _pair(rate), _pair(start)
     high, low = _product(rate_high, times)

@@ -28,7 +28,6 @@ def dragged_node(angular_momentum: Array, semi_major_axis: Array, eccentricity: 
     """The rate of the node on the equator of a body with the angular momentum J (kg m2 s-1), rad s-1.
 
     Positive: it goes with the spin, whatever the inclination. Source: Lense & Thirring 1918.
-    Checked by tests/unit/rotation/test_frame_dragging.py.
 
     >>> rate = dragged_node(5.86e33, 1.227e7, 0.0044)
     >>> print(f"{np.degrees(rate) * 3600e3 * 3.15576e7:.1f}")  # mas a year, of LAGEOS
@@ -43,7 +42,7 @@ def dragged_pericentre(
 ) -> Array:
     """The rate of the pericentre from the node by the same, -6 G J cos i/(c^2 a^3 (1 - e^2)^(3/2)), rad s-1.
 
-    inclination to the equator. Source: Lense & Thirring 1918. Checked by tests/unit/rotation/test_frame_dragging.py.
+    inclination to the equator. Source: Lense & Thirring 1918.
 
     >>> rate = dragged_pericentre(5.86e33, 1.2163e7, 0.0135, np.radians(52.64))
     >>> print(f"{np.degrees(rate) * 3600e3 * 3.15576e7:.0f}")  # mas a year, of LAGEOS 2
@@ -60,7 +59,7 @@ def dragged_gyroscope(
 
     angular_momentum (..., 3) of the central body and orbit_normal (..., 3), of any length, in the same axes. On a polar
     orbit it is along J, G J/(2 c^2 a^3), and above the equator against it, twice as fast. ValueError for a normal of 0.
-    Source: Schiff 1960, averaged. Checked by tests/unit/rotation/test_frame_dragging.py.
+    Source: Schiff 1960, averaged.
 
     >>> turning = dragged_gyroscope([0.0, 0.0, 5.86e33], [1.0, 0.0, 0.0], 7.0274e6, 0.0014)
     >>> print(f"{np.degrees(turning[2]) * np.cos(np.radians(16.84)) * 3600e3 * 3.15576e7:.1f}")  # mas, Gravity Probe B
@@ -83,7 +82,7 @@ def relativistic_pericentre(
     """The rate at which mass alone advances a pericentre, 3 n G M/(c^2 a (1 - e^2)), rad s-1.
 
     gravitational_parameter: of both bodies together, n^2 a^3 = G M. Source: Einstein 1915; Robertson 1938, Ann. Math.
-    39, 101. Checked by tests/unit/rotation/test_frame_dragging.py.
+    39, 101.
 
     >>> rate = relativistic_pericentre(1.32712440041e20, 5.790905e10, 0.20563)
     >>> print(f"{np.degrees(rate) * 3600 * 3.15576e9:.2f}")  # arcsec a century, of Mercury

@@ -40,7 +40,7 @@ def attitude(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarr
     any number of turns of the exact moments and angular velocity that the top was given; a relative error e in these
     turns the result by e times the angle turned through. ValueError for times that are not finite, and for a start that
     is no rotation.
-    Source: Whittaker (1937), section 69. Test: tests/unit/rotation/test_free_attitude.py.
+    Source: Whittaker (1937), section 69.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> print(attitude(free_top([1, 2, 4], [0, 0, 1]), np.pi).round(12) + 0.0)  # half a turn about z
@@ -78,7 +78,7 @@ def free_motion(inertia: Array, angular_velocity: Array, times: Array) -> FreeMo
     inertia (3, 3) about the centre of mass and angular_velocity (3,) at time 0. The axes are the principal ones, by
     ascending moment, and turn with the body. A least moment below 4e-15 of the greatest counts as 0, as a tensor does
     not tell it: give `free_top` the moments of such needles. ValueError for a tensor that no body has.
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_free_attitude.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> motion = free_motion(np.diag([2.0, 3.0, 4.0]), np.array([0.0, 0.0, 1.0]), np.pi / 2)
     >>> print(np.diag(motion.inertia).round(12))  # a quarter turn: x and y have changed places
@@ -102,7 +102,6 @@ def precession_rate(top: FreeTop) -> float:
 
     Exact, an average over a period; on the separatrix that of the steady rotation at both ends. NaN of a steady
     rotation. For a symmetric body L/I_a. Source: Landau & Lifshitz, Mechanics, section 37; DLMF 19.2.11 (Bulirsch).
-    Test: tests/unit/rotation/test_free_attitude.py.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> print(f"{precession_rate(free_top([1, 1, 2], [0.1, 0, 1])):.6f}")  # L/A = sqrt(0.1^2 + 2^2)
@@ -120,7 +119,6 @@ def precession_per_period(top: FreeTop) -> float:
 
     Between -pi and pi. By as much a body in free rotation fails to repeat itself in space: Montgomery's (1991, Am. J.
     Phys. 59, 394) phase, 2 T period/L less a solid angle. NaN where there is no period.
-    Test: tests/unit/rotation/test_free_attitude.py.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> top = free_top([1, 1, 2], [0.1, 0, 1])  # symmetric: goes about L with L/A, and returns after 2 pi

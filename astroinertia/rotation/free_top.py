@@ -68,7 +68,7 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
     size; one may be 0, that of a thin rod about itself, when the others are equal. angular_velocity: its components
     along these axes at time 0. ValueError for other numbers; moments of which one exceeds the sum of the others, which
     no body has, are solved all the same.
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_free_top.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> top = free_top([1, 2, 3], ["0.1", "1", "0.1"])  # text keeps decimals exact
     >>> print(top.motion, float(top.energy))
@@ -139,7 +139,6 @@ def angular_velocity(top: FreeTop, times: Array) -> np.ndarray:
 
     Each component to 4e-15 of itself for any number of periods, to 1e-13 where k' is below 1e-50. ValueError for times
     that are not finite. Source: Landau & Lifshitz, Mechanics, eq. 37.10.
-    Test: tests/unit/rotation/test_free_top.py.
 
     >>> print(angular_velocity(free_top([1, 2, 4], [0, 0, 3]), 10.0))  # steady about a principal axis
     [0. 0. 3.]
@@ -155,7 +154,6 @@ def period(top: FreeTop) -> float:
     """The period 4K/(du/dt) of the angular velocity in the body: infinite on the separatrix, NaN of a steady rotation.
 
     omega_c, and the square of each component, repeat after half of it. Source: Landau & Lifshitz, Mechanics, eq. 37.12.
-    Test: tests/unit/rotation/test_free_top.py.
 
     >>> print(f"{period(free_top([1, 1, 2], [0.1, 0, 1])):.6f}")  # 2 pi A/((C - A) w_3) of a symmetric body
     6.283185
@@ -172,7 +170,7 @@ def wobble_rate(top: FreeTop) -> float:
 
     Positive for the rate of omega itself about the axis c along which it points, where c has the greatest moment;
     negative where c has the least, as of a prolate body: omega circles it backwards. 0 where it does not circle.
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_free_top.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> print(f"{wobble_rate(free_top([1, 1, 2], [0.1, 0, 1])):.6f}")  # (C - A)/A w_3
     1.000000

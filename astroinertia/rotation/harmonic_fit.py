@@ -41,7 +41,7 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     (J,), 0 unless given.
 
     The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
-    where the record is too short to tell terms apart. Checked by tests/unit/rotation/test_harmonic_fit.py.
+    where the record is too short to tell terms apart.
 
     >>> t = np.linspace(-10.0, 10.0, 201)
     >>> fit = harmonic_fit(t, 0.5 * t + 2.0 * np.sin(3.0 * t), np.array([3.0]))

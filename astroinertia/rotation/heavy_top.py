@@ -75,7 +75,7 @@ def heavy_top(
     transverse_moment A and axial_moment C, both about the fixed point; torque M = m g l, not negative: of the two
     directions of the axis take that towards the centre of mass. At time 0: tilt, 0 to pi, and the angular velocity
     (3,) about the line of nodes, d theta/dt, across it and the axis, sin theta d phi/dt, and about the axis, w_3.
-    ValueError for other numbers. Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    ValueError for other numbers. Source: Goldstein et al. section 5.7.
 
     >>> print(heavy_top(1, 2, 1, 0.5, [0, 0, 5]).spin)
     5.0
@@ -125,7 +125,7 @@ def attitude(top: HeavyTop, times: Array, precession: float = 0.0, spin: float =
 
     precession and spin are the angles phi and psi at time 0. Every component to 3e-15 for any number of turns of the
     exact values the top was given. ValueError for times that are not finite.
-    Source: Whittaker (1937), section 73. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Whittaker (1937), section 73.
 
     >>> print(attitude(heavy_top(1, 2, 0, 0.5, [0, 0, 5]), 3.0)[2].round(6) + 0.0)  # without torque its axis stays
     [ 0.       -0.479426  0.877583]
@@ -150,7 +150,7 @@ def attitude(top: HeavyTop, times: Array, precession: float = 0.0, spin: float =
 def tilt(top: HeavyTop, times: Array) -> np.ndarray:
     """The tilt theta (...,), 0 to pi, at times (...,), to round-off of itself near the vertical.
 
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Goldstein et al. section 5.7.
 
     >>> print(f"{tilt(heavy_top(1, 2, 1, 0.5, [0, 0, 50]), 3.0):.4f}")  # fast: it hardly falls
     0.5001
@@ -163,7 +163,7 @@ def tilt(top: HeavyTop, times: Array) -> np.ndarray:
 def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.ndarray:
     """The angular velocity (..., 3) in body axes at times (...,), with psi = spin at time 0.
 
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Goldstein et al. section 5.7.
 
     >>> print(body_angular_velocity(heavy_top(1, 2, 1, 0.5, [0, 0, 5]), 3.0)[2])  # w_3 stays
     5.0
@@ -188,7 +188,7 @@ def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.
 def nutation_period(top: HeavyTop) -> float:
     """The time after which the tilt repeats, 2K/(du/dt); infinite where the top rises to the vertical for ever.
 
-    Source: Whittaker (1937), section 73. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Whittaker (1937), section 73.
 
     >>> print(f"{nutation_period(heavy_top(1, 2, 1, 0.5, [0, 0, 50])):.4f}")  # fast: 2 pi A/(C w_3)
     0.0628
@@ -203,7 +203,7 @@ def nutation_period(top: HeavyTop) -> float:
 def tilt_range(top: HeavyTop) -> tuple[float, float]:
     """The least and the greatest tilt.
 
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Goldstein et al. section 5.7.
 
     >>> print([round(each, 4) for each in tilt_range(heavy_top(1, 2, 1, 0.5, [0, 0, 5]))])  # from its cusp down
     [0.5, 0.5098]
@@ -217,7 +217,7 @@ def tilt_range(top: HeavyTop) -> tuple[float, float]:
 def precession_rate(top: HeavyTop) -> float:
     """The mean rate d phi/dt, in rad per time.
 
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Goldstein et al. section 5.7.
 
     >>> print(f"{precession_rate(heavy_top(1, 2, 1, 0.5, [0, 0, 50])):.4f}")  # fast: M/(C w_3)
     0.0100
@@ -233,7 +233,7 @@ def steady_precession_rates(
     """The slow and the fast rate of precession without nutation at a tilt, in rad per time; NaN where there is none.
 
     Roots of A cos(theta) rate^2 - C w_3 rate + M = 0; the fast one is infinite where the axis is level. spin is w_3.
-    Source: Goldstein et al. section 5.7. Test: tests/unit/rotation/test_heavy_top.py.
+    Source: Goldstein et al. section 5.7.
 
     >>> slow, fast = steady_precession_rates(1.0, 2.0, 1.0, 0.5, 50.0)
     >>> print(f"{slow:.4f}")  # M/(C w_3)
@@ -255,8 +255,7 @@ def steady_precession_rates(
 def least_sleeping_spin(transverse_moment: float, axial_moment: float, torque: float) -> float:
     """The least w_3, 2 sqrt(A M)/C, at which an upright top sleeps; a slower one falls at the least touch.
 
-    ValueError for moments that are not above 0 and a negative torque. Source: Goldstein et al. section 5.7. Test:
-    tests/unit/rotation/test_heavy_top.py.
+    ValueError for moments that are not above 0 and a negative torque. Source: Goldstein et al. section 5.7.
 
     >>> print(least_sleeping_spin(1.0, 2.0, 1.0))  # 2 sqrt(A M)/C
     1.0

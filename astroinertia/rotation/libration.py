@@ -36,7 +36,7 @@ def forced_libration(p: float, eccentricity: float, asphericity: float) -> float
     gamma = amplitude sin M; below 0 where the free libration is slower than the orbit. asphericity is omega_0 =
     (3 (B - A)/C)^(1/2), C that of what swings: of Mercury without its fluid core. 1:1 and small e: 2 e omega_0^2/
     (omega_0^2 - 1). ValueError where the two are in resonance, or the rate p is not held. Source: Goldreich & Peale
-    1966; Margot et al. 2007. Checked by tests/unit/rotation/test_libration.py.
+    1966; Margot et al. 2007.
 
     >>> swing = forced_libration(1.5, 0.20563, np.sqrt(3 * 2.18e-4))  # Mercury, (B - A)/C of the mantle
     >>> print(f"{np.degrees(swing) * 3600:.1f}")  # arcsec
@@ -62,7 +62,6 @@ def free_librations(moments: Array, mean_motion: float) -> FreeLibrations:
     roll and yaw: roots of s^4 - (1 + 3 k_1 + k_1 k_3) s^2 + 4 k_1 k_3 with k_1 = (A_pitch - A_yaw)/A_roll and k_3 =
     (A_pitch - A_roll)/A_yaw. Stable where all are real: the largest moment about the normal and the least about the
     vertical, or in the region of DeBra & Delp. ValueError for moments that no body has. Source: Hughes 1986, (9.2.16).
-    Checked by tests/unit/rotation/test_libration.py.
 
     >>> swings = free_librations([2.0, 3.0, 1.5], 1.0)  # in orbital rates
     >>> print(f"{swings.pitch.real:.4f}", swings.roll_yaw.real.round(4))

@@ -40,7 +40,7 @@ def stability(moments: Sequence[Number], rate: float, angular_momentum: float = 
     of wobble_rate (3,) and growth_rate (3,) is 0, both where another moment is equal: there, to first order, a wobble
     grows as the time. ValueError for moments that are not positive.
     Source: Landau & Lifshitz, Mechanics, section 37, eq. 37.16 and after; Hughes 1986, Spacecraft Attitude Dynamics,
-    section 6.2. Test: tests/unit/rotation/test_polhodes.py.
+    section 6.2.
 
     >>> print(stability([1, 2, 3], 1.0).growth_rate.round(4))  # only the middle axis is unstable: 3^(-1/2)
     [0.     0.5774 0.    ]
@@ -65,7 +65,7 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
 
     Evenly in the angle by which it is parametrised and not in time, so that the corners next to the separatrix are
     drawn; on the separatrix from end to end; of a steady rotation the one point, repeated.
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_polhodes.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> curve = polhode(free_top([1, 2, 3], [0.1, 1, 0.1]), 5)
@@ -89,7 +89,7 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
 def herpolhode(top: FreeTop, times: Array, start: Array | None = None) -> np.ndarray:
     """The angular velocity (..., 3) in inertial axes at times (...,); start (3, 3) is the attitude at time 0.
 
-    Source: Goldstein, Poole & Safko (2002), section 5.6. Test: tests/unit/rotation/test_polhodes.py.
+    Source: Goldstein, Poole & Safko (2002), section 5.6.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> print(herpolhode(free_top([1, 2, 4], [0, 0, 3]), 7.0))  # steady
@@ -105,7 +105,7 @@ def herpolhode_radii(top: FreeTop) -> tuple[float, float]:
     """The least and the greatest component of the angular velocity across L, in rad per time.
 
     Between them runs the herpolhode; that of a symmetric body is a circle, on the separatrix it spirals into 0.
-    Source: Goldstein et al. section 5.6. Test: tests/unit/rotation/test_polhodes.py.
+    Source: Goldstein et al. section 5.6.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> least, most = herpolhode_radii(free_top([1, 1, 2], [0.1, 0, 1]))
@@ -134,7 +134,6 @@ def separatrix_angle(top: FreeTop, times: Array = 0.0) -> np.ndarray:
 
     In the body the directions of L on the separatrices are two great circles through the intermediate axis. NaN where
     two moments are equal, as there is none. Source: Landau & Lifshitz, Mechanics, section 37.
-    Test: tests/unit/rotation/test_polhodes.py.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> print(f"{np.degrees(separatrix_angle(free_top([1, 2, 3], [0, 0, 1]))):.1f}")  # tan^2 = (1/2 - 1/3)/(1 - 1/2)
@@ -164,7 +163,6 @@ def flip_interval(top: FreeTop) -> float:
     """The time between reversals of the component along the intermediate axis, half of `free_top.period`.
 
     Infinite on the separatrix, NaN of a steady rotation. Source: Landau & Lifshitz, Mechanics, eq. 37.12.
-    Test: tests/unit/rotation/test_polhodes.py.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> near, nearer = (flip_interval(free_top([1, 2, 3], [d, 1, d])) for d in ("1e-3", "1e-6"))
@@ -182,7 +180,7 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
     """The times from 0 to `end` at which the component along the intermediate axis passes through 0.
 
     ValueError for an end that is not finite.
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_polhodes.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> top = free_top([1, 2, 3], [0.1, 1, 0.1])
@@ -211,7 +209,7 @@ def dwell(top: FreeTop, angle: float) -> float:
     """The time, between one flip and the next, for which L stays within `angle` of the body's intermediate axis.
 
     0 where it never comes so near, infinite on the separatrix, NaN of a steady rotation. ValueError unless the angle is
-    between 0 and pi/2. Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_polhodes.py.
+    between 0 and pi/2. Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> from astroinertia.rotation.free_top import free_top
     >>> top = free_top([1, 2, 3], ["1e-6", 1, "1e-6"])

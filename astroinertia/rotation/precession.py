@@ -56,7 +56,7 @@ def precession_constant(
 
     GM is the perturber's (m3 s-2), the orbit that of the perturber as seen from the body (m). ValueError for an orbit
     that is no ellipse, and for a spin of 0, without which the rate has no bound. Source: Goldreich 1966, Rev. Geophys.
-    4, 411. Checked by tests/unit/rotation/test_precession.py.
+    4, 411.
 
     >>> alpha = precession_constant(1 / 305.5, 7.292115e-5, 1.32712e20, 1.495979e11)
     >>> print(f"{np.degrees(alpha) * 3600 * 3.15576e7:.1f}")  # arcsec a year, of the Earth by the Sun
@@ -75,7 +75,7 @@ def precession_rate(
     """The mean rate about a pole from which the orbit is inclined and about which its node runs fast, rad s-1.
 
     alpha cos(obliquity) (1 - (3/2) sin^2 i), obliquity to that pole; inclination 0 where the orbit stays where it is.
-    Source: Kinoshita 1977. Checked by tests/unit/rotation/test_precession.py.
+    Source: Kinoshita 1977.
 
     >>> rate = precession_rate(1 / 305.5, 7.292115e-5, np.radians(23.44), 1.32712e20, 1.495979e11)
     >>> print(f"{np.degrees(rate) * 3600 * 3.15576e7:.1f}")  # arcsec a year
@@ -119,7 +119,7 @@ def luni_solar_precession(
     """The Earth's luni-solar precession and 18.6-year nutation by the formulae, on mean orbits of Sun and Moon.
 
     Unless given, H, spin (rad s-1) and obliquity (rad) are those of `bodies.planets`. Within 0.04 % of the IAU 2006
-    rate, 5038.481507 arcsec a century and 1.92 of relativity. Checked by tests/unit/rotation/test_precession.py.
+    rate, 5038.481507 arcsec a century and 1.92 of relativity.
 
     >>> print(f"{np.degrees(luni_solar_precession().total) * 3600 * 3.15576e7:.1f}")  # arcsec a year; the IAU has 50.4
     50.4
@@ -146,7 +146,6 @@ def geodesic_precession(
 
     It is about the orbit's normal and lowers a regression: 19.2 mas a year of the Earth's, 6.7 of that of Mars.
     n^2 a^3 = GM of the central mass. Source: de Sitter 1916; Barker & O'Connell 1975, Phys. Rev. D 12, 329.
-    Checked by tests/unit/rotation/test_precession.py.
 
     >>> rate = geodesic_precession(1.32712e20, 1.495979e11)
     >>> print(f"{np.degrees(rate) * 3600e3 * 3.15576e7:.1f}")  # mas a year, of the Earth
@@ -169,7 +168,7 @@ def geodetic_precession_of_binary(
     (2 pi/P)^(5/3) m2 (4 m1 + 3 m2)/(2 M^(4/3)) (G/c^3)^(2/3)/(1 - e^2), of the body m1 (its GM is
     `gravitational_parameter`)
     and its companion m2; with m1 -> 0 it is `geodesic_precession`. Source: Barker & O'Connell 1975, Phys. Rev. D 12,
-    329, (54). Checked by tests/unit/rotation/test_precession.py.
+    329, (54).
 
     >>> sun = 1.32712e20
     >>> rate = geodetic_precession_of_binary(8834.5, 1.249 * sun, 1.338 * sun, 0.0878)
@@ -189,7 +188,6 @@ def general_precession(luni_solar_rate: Array, obliquity: Array, pole_rate: Arra
 
     luni_solar_rate: psi, of the equator on the fixed ecliptic; pole_rate: P = d(sin pi sin Pi)/dt, of the ecliptic's
     pole towards the equinox. Source: Lieske et al. 1977, A&A 58, 1; Capitaine, Wallace & Chapront 2003, A&A 412, 567.
-    Checked by tests/unit/rotation/test_precession.py.
 
     >>> print(general_precession(50.385, np.pi / 2, 0.0))  # the ecliptic at rest
     50.385
@@ -204,7 +202,7 @@ def rate_from_moment_ratio(
 ) -> Array:  # fmt: skip
     """The precession rate of a planet with C/(M a^2) and J2 of one reference radius, from H = J2/(C/(M a^2)), rad s-1.
 
-    Source: Folkner et al. 1997, Science 278, 1749. Checked by tests/unit/rotation/test_precession.py.
+    Source: Folkner et al. 1997, Science 278, 1749.
 
     >>> mars = 1.9566e-3, 7.0882e-5, np.radians(25.19), 1.32712e20, 2.2794e11, 0.0934
     >>> rate = rate_from_moment_ratio(0.3642, *mars)
@@ -245,7 +243,6 @@ def moons_of_the_equator(
     H = (J2 + first)/(C/(M R^2) + second). parameter: GM of the planet, radius R that of J2; moon_parameters and
     moon_axes (N,): GM and semi-major axes of moons well within the Laplace radius. ValueError for axes that are not
     above 0, and for a spin of 0. Source: Goldreich 1966, Rev. Geophys. 4, 411; Ward & Hamilton 2004, AJ 128, 2501, (2).
-    Checked by tests/unit/rotation/test_precession.py.
 
     >>> shares = moons_of_the_equator(1.267e17, 7.15e7, 1.7585e-4, np.array([9.89e12]), np.array([1.0704e9]))
     >>> print([f"{share:.1e}" for share in shares])  # of Jupiter, by Ganymede
@@ -265,7 +262,6 @@ def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitati
 
     k2 is twice the apsidal constant (`bodies.apsidal`, `bodies.clairaut`): 0.029 for n = 3. So a Be star turns the
     pericentres of its disc and of companions by `apsidal_precession`. Source: Sterne 1939, MNRAS 99, 451.
-    Checked by tests/unit/rotation/test_precession.py.
 
     >>> print(f"{rotational_j2(0.9, 7.292e-5, 6.371e6, 3.986e14):.2e}")  # of a fluid Earth
     1.03e-03
@@ -315,7 +311,6 @@ def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, sp
 
     node_rate: of the orbit on the equator of a spin that stays; the rate is that times |J|/S, with inclination between
     the two. Source: Barker & O'Connell 1975; Damour & Schaefer 1988, Nuovo Cimento B 101, 127.
-    Checked by tests/unit/rotation/test_precession.py.
 
     >>> print(mutual_precession_rate(1.0, 1.0, 1e12, 0.3).round(9))  # a spin that stays
     1.0

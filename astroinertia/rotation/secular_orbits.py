@@ -29,8 +29,7 @@ def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     """b_s^(j)(ratio) = (1/pi) int_0^(2 pi) cos(j psi)/(1 - 2 ratio cos psi + ratio^2)^s dpsi.
 
     Relative error 1e-12 up to j = 100, 1e-10 up to 300. ValueError for a ratio outside 0 <= ratio < 1 and a j that
-    is no whole number. Source: Murray & Dermott 1999, (6.67) and (6.68), a hypergeometric function. Checked by
-    tests/unit/rotation/test_secular_orbits.py.
+    is no whole number. Source: Murray & Dermott 1999, (6.67) and (6.68), a hypergeometric function.
 
     >>> print(laplace_coefficient(0.5, 0, 0.0))  # 2, of a vanishing ratio
     2.0
@@ -52,7 +51,7 @@ def node_modes(
 
     sin(I/2) exp(i node) of planet j is the sum over modes of amplitudes[j] exp(i (rates t + phases[j])), as
     `secular_spin.orbit_normal` takes it. ValueError for lengths that differ or values that are not above 0.
-    Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27). Checked by tests/unit/rotation/test_secular_orbits.py.
+    Source: Murray & Dermott 1999, (7.10), (7.11) and (7.27).
 
     >>> masses, axes = np.array([1.267e17, 3.793e16]), np.array([7.785e11, 1.433e12])  # Jupiter and Saturn
     >>> modes = node_modes(1.327e20, masses, axes, np.array([0.01, 0.02]), np.array([0.0, 1.0]))

@@ -39,7 +39,6 @@ def energy_to_lose(moments: Array, angular_velocity: Array) -> np.ndarray:
 
     moments (..., 3) and angular_velocity (..., 3) along their axes, in any consistent units. T - L^2/(2 I_max), as the
     sum of I_k w_k^2 (1 - I_k/I_max)/2, in which no digits cancel. Source: Landau & Lifshitz, Mechanics, section 37.
-    Test: tests/unit/rotation/test_settling.py.
 
     >>> print(energy_to_lose(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L = 4: 8 J, of which 2 stay
     6.0
@@ -55,7 +54,6 @@ def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarr
 
     T - L^2/(2 I_2): beyond it the angular velocity circles the axis of greatest moment, on one side or on the other,
     which of them nobody can foretell. Source: Landau & Lifshitz, Mechanics, section 37.
-    Test: tests/unit/rotation/test_settling.py.
 
     >>> print(energy_above_separatrix(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # 8 - L^2 / (2 I_2)
     4.0
@@ -69,7 +67,7 @@ def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarr
 def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     """The rate of rotation (...,) of the settled body, L/I_max: slower than before, as L stays.
 
-    Source: Landau & Lifshitz, Mechanics, section 37. Test: tests/unit/rotation/test_settling.py.
+    Source: Landau & Lifshitz, Mechanics, section 37.
 
     >>> print(settled_rate(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L / I_3
     1.0
@@ -92,7 +90,7 @@ def settling_time(
 
     In any consistent units, such as Pa, kg/m3, m, rad/s and s. shape_factor is K_3^2, from 0.01 of nearly round to 0.1
     of elongated bodies. An order of magnitude: see the module's head. ValueError unless all are positive.
-    Source: Burns & Safronov (1973), MNRAS 165, 403. Test: tests/unit/rotation/test_settling.py.
+    Source: Burns & Safronov (1973), MNRAS 165, 403.
 
     >>> print(f"{settling_time(4e9, 100.0, 2000.0, 250.0, 1e-4) / 3.15576e7:.1e} yr")  # of a small asteroid
     1.0e+10 yr
@@ -108,7 +106,7 @@ def harris_settling_time(period: float, diameter: float) -> tuple[float, float, 
 
     period in s, diameter in m. P^3/(C^3 D^2) in Gyr with P in h, D in km and C = 17 +- 2.5: the form of Burns &
     Safronov for a rigidity times Q of 5e11 Pa, 2000 kg/m3 and K_3^2 = 0.03. ValueError unless both are positive.
-    Source: Harris (1994), Icarus 107, 209. Test: tests/unit/rotation/test_settling.py.
+    Source: Harris (1994), Icarus 107, 209.
 
     >>> time, least, greatest = harris_settling_time(100 * 3600.0, 1e3)  # 1 km, 100 h: still tumbling
     >>> print(f"{time / 3.15576e16:.0f} Gyr")
@@ -128,7 +126,7 @@ def settling_power(excess_energy: Array, time: float) -> np.ndarray:
     """The power (...,) that is turned to heat while an energy (...,) above the least is left: 2 energy/time.
 
     time is that in which the angle of the wobble falls by 1/e, and its energy, which goes as the square, by 1/e^2.
-    Source: Burns & Safronov (1973). Test: tests/unit/rotation/test_settling.py.
+    Source: Burns & Safronov (1973).
 
     >>> print(settling_power(10.0, 5.0))  # W
     4.0
@@ -141,7 +139,7 @@ def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: f
     """The energy (...,) above the least, at times (...,), of a body whose wobble dies away at a constant rate.
 
     moments (3,), angular_velocity (3,) at time 0; `time` as in `settling_power`. Real friction is not so simple next to
-    the separatrix, where wobbles are slow. Source: Burns & Safronov (1973). Test: tests/unit/rotation/test_settling.py.
+    the separatrix, where wobbles are slow. Source: Burns & Safronov (1973).
 
     >>> print(excess_energy(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0]), np.array([0.0, 1e9]), 1.0).round(6))
     [6. 0.]
@@ -153,7 +151,7 @@ def excess_energy(moments: Array, angular_velocity: Array, times: Array, time: f
 def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> np.ndarray:
     """When (...,) a body that settles as in `excess_energy` passes the separatrix; 0 if it has, infinite if it cannot.
 
-    Source: Burns & Safronov (1973). Test: tests/unit/rotation/test_settling.py.
+    Source: Burns & Safronov (1973).
 
     >>> print(f"{time_of_separatrix(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0]), 1.0):.4f}")
     0.5493

@@ -42,7 +42,7 @@ def orientation(kernels: Kernels, name: str, time: float = 0.0) -> Orientation:
     """The pole and the spin of a body at a time, s from 2000-01-01 12:00 TDB, from a text or binary PCK.
 
     name: as SPICE has it ("Mars", "IO", "499"). SceneError for what the kernels lack, for what is no kernel, and where
-    spiceypy is not installed. Checked by tests/unit/rotation/test_spice.py.
+    spiceypy is not installed.
     """
     with loaded(kernels) as spice:
         turn = spice.tisbod(_ICRF, _number(spice, name), time)
@@ -64,7 +64,7 @@ def orbits(
     companions: their masses by SPICE's names, in kg, or GM with what uses G = 1. times: the first and the last, s
     from 2000-01-01 12:00 TDB. axes (3, 3): rows in ICRF axes; those themselves unless given. A planet is the centre of
     mass of it and its moons, but for the body itself, where the kernels have its own centre. tolerance: of the table,
-    over the distance. SceneError as for `orientation`. Checked by tests/unit/rotation/test_spice.py.
+    over the distance. SceneError as for `orientation`.
     """
     with loaded(kernels) as spice:
         observer = _centre(spice, name, times[0])
@@ -80,7 +80,7 @@ def orbits(
 def state(kernels: Kernels, name: str, about: str, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Position (3,) in m and velocity (3,) in m s-1 of a companion relative to the body `about`, in ICRF axes.
 
-    As for `orbits`. Checked by tests/unit/rotation/test_spice.py.
+    As for `orbits`.
     """
     with loaded(kernels) as spice:
         target, observer = _companion(_number(spice, name)), _centre(spice, about, time)
@@ -92,7 +92,7 @@ def state(kernels: Kernels, name: str, about: str, time: float = 0.0) -> tuple[n
 def obliquity(kernels: Kernels, name: str, around: str = "Sun", time: float = 0.0) -> float:
     """Angle in rad between the spin of a body and the normal of its orbit, above pi/2 if it turns backwards.
 
-    Needs a PCK and an SPK; as for `orientation`. Checked by tests/unit/rotation/test_spice.py.
+    Needs a PCK and an SPK; as for `orientation`.
     """
     turning = orientation(kernels, name, time)
     spin = np.sign(turning.spin_rate) * turning.pole
@@ -101,13 +101,13 @@ def obliquity(kernels: Kernels, name: str, around: str = "Sun", time: float = 0.
 
 
 def has_orbits(kernels: Kernels) -> bool:
-    """Whether there is an SPK among the kernels. Checked by tests/unit/rotation/test_spice.py."""
+    """Whether there is an SPK among the kernels."""
     with loaded(kernels) as spice:
         return spice.ktotal("SPK") > 0
 
 
 def has_orientation(kernels: Kernels, name: str) -> bool:
-    """Whether the kernels have the pole of a body, at whatever time. Checked by tests/unit/rotation/test_spice.py."""
+    """Whether the kernels have the pole of a body, at whatever time."""
     with loaded(kernels) as spice:
         number, found = _number(spice, name), spice.cell_int(_MOST_FRAMES)
         for place in range(spice.ktotal("PCK")):  # binary ones; those of text are in the pool
@@ -117,10 +117,7 @@ def has_orientation(kernels: Kernels, name: str) -> bool:
 
 @contextmanager
 def loaded(kernels: Kernels) -> Iterator[Any]:
-    """The module spiceypy with the kernels loaded, until the end of the block; its errors become SceneError.
-
-    Checked by tests/unit/rotation/test_spice.py.
-    """
+    """The module spiceypy with the kernels loaded, until the end of the block; its errors become SceneError."""
     try:
         import spiceypy  # pyright: ignore[reportMissingImports]  an extra: only kernels need it
     except ImportError:

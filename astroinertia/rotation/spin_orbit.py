@@ -42,7 +42,7 @@ def asphericity(moments: Array) -> Array:
     """omega_0 = (3 (B - A)/C)^(1/2) of principal moments (..., 3) in any order.
 
     ValueError where one is not above 0, or more than the other two together: no body has these. Source: Wisdom, Peale
-    & Mignard 1984. Checked by tests/unit/rotation/test_spin_orbit.py.
+    & Mignard 1984.
 
     >>> print(f"{asphericity(np.array([1.0, 1.5, 2.0])):.4f}")  # sqrt(3 (B - A) / C)
     0.8660
@@ -58,8 +58,7 @@ def asphericity(moments: Array) -> Array:
 def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> float:
     """The largest |theta' - p n|/n inside the resonance of p turns an orbit, omega_0 |H(p, e)|^(1/2).
 
-    It is also the rate of small swings over n. Source: Wisdom, Peale & Mignard 1984, (5). Checked by
-    tests/unit/rotation/test_spin_orbit.py.
+    It is also the rate of small swings over n. Source: Wisdom, Peale & Mignard 1984, (5).
 
     >>> print(f"{resonance_half_width(1.5, 0.2056, 0.018):.2e}")  # of Mercury's 3:2, in mean motions
     1.46e-02
@@ -72,7 +71,7 @@ def overlap_asphericity(eccentricity: float) -> float:
     """The omega_0 above which the resonances 1:1 and 3:2 touch and chaos is wide, by Chirikov's criterion.
 
     1/(2 + (14 e)^(1/2)) to first order in e; Hyperion's 0.31 is far below its own omega_0. Source: Wisdom, Peale &
-    Mignard 1984, (8). Checked by tests/unit/rotation/test_spin_orbit.py.
+    Mignard 1984, (8).
 
     >>> print(f"{overlap_asphericity(0.1):.2f}")  # Hyperion has 0.89: chaos
     0.32
@@ -84,8 +83,7 @@ def overlap_asphericity(eccentricity: float) -> float:
 def tidal_equilibrium_rate(eccentricity: float) -> float:
     """theta'/n at which a tide that grows with its frequency (constant time lag) has no mean torque.
 
-    1 + 6 e^2 + ... Source: Goldreich & Peale 1966; Hut 1981, A&A 99, 126, (45). Checked by
-    tests/unit/rotation/test_spin_orbit.py.
+    1 + 6 e^2 + ... Source: Goldreich & Peale 1966; Hut 1981, A&A 99, 126, (45).
 
     >>> print(f"{tidal_equilibrium_rate(0.2056):.3f}")  # Mercury's, in mean motions, if tides alone decided
     1.256
@@ -126,8 +124,7 @@ def surface_of_section(
 
     steps: an orbit; they are symplectic. damping: of theta' towards equilibrium_rate, over n, taken exactly at each
     pericentre. ValueError for an eccentricity outside 0 <= e < 1, and counts below 1 or not whole.
-    Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002. Checked by
-    tests/unit/rotation/test_spin_orbit.py.
+    Source: Wisdom, Peale & Mignard 1984, figure 2; Blanes & Moan 2002.
 
     >>> section = surface_of_section(0.0, 0.2, np.array([0.1]), np.array([1.0]), 20)
     >>> print(f"{abs(section.rate - 1).max():.3f}")  # a pendulum: at most asphericity times angle

@@ -46,7 +46,7 @@ def tides(
 
     It is called once, with all frequencies above 0 (N,), rad/s. ValueError for an eccentricity outside 0 <= e < 1,
     and for a mass, radius or axis that is not positive.
-    Sources: those of the module. Checked by tests/unit/rotation/test_tides.py.
+    Sources: those of the module.
 
     >>> def k2(frequency):  # of a constant quality factor
     ...     return 0.02 - 0.02j / 100 + 0 * frequency
@@ -73,8 +73,6 @@ def tides(
 @with_quantities()
 def inclination_functions(obliquity: float) -> np.ndarray:
     """F_2mp(eps) of Kaula, (m, p), of an angle in rad. Source: Kaula 1966, Theory of Satellite Geodesy, table 1.
-
-    Checked by tests/unit/rotation/test_tides.py.
 
     >>> print(inclination_functions(0.0)[2])  # a companion in the equator raises two bulges
     [3. 0. 0.]

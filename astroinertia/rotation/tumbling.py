@@ -50,7 +50,6 @@ def divergence(
     (3,), in inertial axes and the units of mean_motion. The orbit is in the x-y plane, its pericentre towards x.
     ValueError for moments that are no body's, an eccentricity outside 0 <= e < 1 or fewer than two orbits;
     NumericalError where the integration fails. Source: Wisdom, Peale & Mignard 1984, section 6; Benettin et al. 1980.
-    Checked by tests/unit/rotation/test_tumbling.py.
     """
     inertia, axes = np.asarray(moments, dtype=float), np.asarray(attitude, dtype=float)
     largest = inertia.max()

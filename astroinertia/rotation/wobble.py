@@ -76,7 +76,6 @@ def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
     """The rate at which the pole of a rigid body goes round, omega (C - A)/A, rad s-1, from H = (C - A)/C.
 
     For small wobbles about the axis of C; ValueError for H >= 1. Source: Landau & Lifshitz 1976, Mechanics, section 33.
-    Checked by tests/unit/rotation/test_wobble.py.
 
     >>> days = 2 * np.pi / euler_frequency(1 / 304.5, 7.292115e-5) / 86400
     >>> print(f"{days:.1f} d")  # of a rigid Earth
@@ -92,7 +91,7 @@ def euler_frequency(dynamical_ellipticity: Array, spin_rate: Array) -> Array:
 def secular_love_number(j2: Array, gravitational_parameter: Array, radius: Array, spin_rate: Array) -> Array:
     """k_s = 3 J2 GM/(omega^2 a^3): the k2 of a fluid that this spin gives this J2 (radius a is that of J2).
 
-    Source: Munk & MacDonald 1960, section 5.3. Checked by tests/unit/rotation/test_wobble.py.
+    Source: Munk & MacDonald 1960, section 5.3.
 
     >>> print(f"{secular_love_number(1.0826e-3, 3.986e14, 6.378e6, 7.292e-5):.3f}")  # of the Earth
     0.938
@@ -110,7 +109,7 @@ def chandler_frequency(
     secular is k_s; mantle_share A_m/A is 1 without a fluid core. To first order in the flattening: a wholly elastic
     Earth that is integrated, with the inertia of its own bulge, has a period 0.1 % longer. ValueError for k >= k_s,
     where there is no wobble, and for a share that is not above 0 and at most 1.
-    Source: Smith & Dahlen 1981; Sasao, Okubo & Saito 1980. Checked by tests/unit/rotation/test_wobble.py.
+    Source: Smith & Dahlen 1981; Sasao, Okubo & Saito 1980.
 
     >>> rigid = chandler_frequency(1 / 304.5, 7.292115e-5)  # nothing yields
     >>> print(f"{2 * np.pi / rigid / 86400:.1f} d")
@@ -128,7 +127,7 @@ def chandler_frequency(
 def quality(frequency: Array) -> Array:
     """Q = Re sigma/(2 Im sigma) of a complex frequency: the amplitude falls by e in Q/pi periods; inf without damping.
 
-    Source: Munk & MacDonald 1960, section 10.1. Checked by tests/unit/rotation/test_wobble.py.
+    Source: Munk & MacDonald 1960, section 10.1.
 
     >>> print(quality(1.0 + 0.01j))  # Re/(2 Im)
     50.0
@@ -152,8 +151,7 @@ def wobble_and_nutation(
         (sigma - e + (1 + sigma) kappa)(1 + e_f + (1 + beta) sigma) = sigma (1 + sigma)(1 + gamma)^2 A_f/A.
 
     The nutation is omega plus its frequency in space. ValueError as for `chandler_frequency`.
-    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21), without an inner core of its own. Checked
-    by tests/unit/rotation/test_wobble.py.
+    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21), without an inner core of its own.
 
     >>> wobble, nutation = wobble_and_nutation(1 / 304.5, 7.292115e-5, 0.297, 0.938, 0.1137)
     >>> print(f"{2 * np.pi / (7.292115e-5 + nutation.real) / 86400:.0f} d")  # in space; observed: -430
@@ -179,8 +177,7 @@ def nutation_ratio(
 
     Prograde ones are above 0; 1 for the precession itself, of frequency 0. It is large near the free core nutation of
     `wobble_and_nutation`, whose equations and arguments it has, forced by a torque on the figure. ValueError as there.
-    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21) and (22). Checked by
-    tests/unit/rotation/test_wobble.py.
+    Source: Sasao, Okubo & Saito 1980; Mathews, Herring & Buffett 2002, (21) and (22).
 
     >>> node = 2 * np.pi / (6798.4 * 86400.0)  # of the Moon: 18.6 years
     >>> ratios = nutation_ratio(np.array([-node, 0.0, node]), 1 / 305.5, 7.292115e-5, 0.297, 0.938, 0.1137)
@@ -202,7 +199,7 @@ def elastic_love_number() -> float:
     """k2 of PREM at a period of 1 s, without an ocean, referred to the Earth's equatorial radius: about 0.2966.
 
     The potential of a sphere of radius R goes as k R^5, and so k over the equatorial radius a is k (R/a)^5, as k_s is.
-    Source: Dziewonski & Anderson 1981, PEPI 25, 297. Checked by tests/unit/rotation/test_wobble.py.
+    Source: Dziewonski & Anderson 1981, PEPI 25, 297.
 
     >>> print(f"{elastic_love_number():.4f}")
     0.2966
@@ -214,7 +211,7 @@ def dispersion_love_number() -> float:
     """What seismic dispersion adds to k2 from 1 s, of PREM's moduli, to 200 s: about 0.0021.
 
     mu goes as 1 - (2/(pi Q)) ln(period/1 s) with PREM's Q of each layer. Source: Kanamori & Anderson 1977, Rev.
-    Geophys. 15, 105. Checked by tests/unit/rotation/test_wobble.py.
+    Geophys. 15, 105.
 
     >>> print(f"{dispersion_love_number():.4f}")
     0.0021
@@ -237,7 +234,7 @@ def ocean_love_number() -> float:
     """What oceans in equilibrium with the pole tide add to k2: 0.0450, the mean of 0.0503 about m1 and 0.0398 about m2.
 
     Their shores are the true ones, and what the Earth yields under them is in it.
-    Source: Desai 2002; Petit & Luzum 2010, IERS TN 36, (6.24). Checked by tests/unit/rotation/test_wobble.py.
+    Source: Desai 2002; Petit & Luzum 2010, IERS TN 36, (6.24).
 
     >>> print(f"{ocean_love_number():.4f}")
     0.0450
@@ -253,8 +250,7 @@ def anelastic_love_number(period: Array) -> Array:
     """What the mantle's anelasticity adds to k2 at a period (s): complex, 0.0125 - 0.0036 i at the Chandler period.
 
     From seismic periods, where k2 is elastic, Q falls as period^-0.15. ValueError for a period of zero or below.
-    Source: Wahr & Bergen 1986, GJRAS 87, 633; Petit & Luzum 2010, IERS TN 36, (6.12). Checked by
-    tests/unit/rotation/test_wobble.py.
+    Source: Wahr & Bergen 1986, GJRAS 87, 633; Petit & Luzum 2010, IERS TN 36, (6.12).
 
     >>> print(f"{anelastic_love_number(433 * 86400.0):.4f}")
     0.0125-0.0036j
@@ -271,7 +267,7 @@ def mantle_share() -> float:
     """The share of the Earth's moment that is not of its core, A_m/A, by PREM: about 0.886.
 
     The inner core stays behind with the fluid that it floats in: the mantle's gravity turns it in years (Mathews,
-    Buffett, Herring & Shapiro 1991). Checked by tests/unit/rotation/test_wobble.py.
+    Buffett, Herring & Shapiro 1991).
 
     >>> print(f"{mantle_share():.4f}")  # of the polar moment
     0.8862
@@ -290,8 +286,7 @@ def chandler_wobble(love_number: float | None = None) -> Chandler:
     equilibrium. dispersion: from 1 s to 200 s. anelasticity: from there to the period itself. love_number: k2 of the
     elastic sphere over the equatorial radius, PREM's without it. Observed: 433 days (430 to 435), Q of tens to above
     100. PREM's Q is known to a tenth, which leaves 1 d open; the oceans' departure from equilibrium is not in it.
-    NumericalError where the period does not settle. Source: Smith & Dahlen 1981; Mathews et al. 2002. Checked by
-    tests/unit/rotation/test_wobble.py.
+    NumericalError where the period does not settle. Source: Smith & Dahlen 1981; Mathews et al. 2002.
 
     >>> print(f"{chandler_wobble().period / 86400:.1f} d")  # observed: 433
     433.2 d
@@ -346,8 +341,7 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
 
     excitation: chi (N,) at the times, straight between them, for which the answer is exact; none without it. ValueError
     for times that do not increase, for lengths that differ, and for a frequency of zero or that grows (Im sigma < 0).
-    Source: Munk & MacDonald 1960, (6.1.4); Wilson & Haubrich 1976, GJRAS 46, 707. Checked by
-    tests/unit/rotation/test_wobble.py.
+    Source: Munk & MacDonald 1960, (6.1.4); Wilson & Haubrich 1976, GJRAS 46, 707.
 
     >>> print(abs(wobble(np.array([0.0, 100.0]), 1e-3 + 0j, 1e-6)))  # a free wobble keeps its size
     [1.e-06 1.e-06]
@@ -378,7 +372,6 @@ def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) ->
     """The pole's amplitude (complex, rad) under chi = excitation exp(i forcing_rate t), prograde for a rate above 0.
 
     chi sigma/(sigma - rate): the annual wobble is a forced one. Source: Munk & MacDonald 1960, section 6.3.
-    Checked by tests/unit/rotation/test_wobble.py.
 
     >>> print(forced_wobble(1.0 + 0j, 0.5, 1e-6))  # chi sigma/(sigma - rate)
     (2e-06+0j)

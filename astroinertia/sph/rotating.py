@@ -21,7 +21,7 @@ def mapped(star: RotatingStar, fraction: np.ndarray, direction: np.ndarray) -> n
     """Return positions (N, 3) in the star of points at mass fractions (N,) in directions (N, 3) of a sphere.
 
     The centre of mass is put at the origin and the second moments are made the star's own, by a small linear map, with
-    the axis along z. ValueError for a ring, which no ball can be mapped to. Test: tests/unit/sph/test_rotating.py.
+    the axis along z. ValueError for a ring, which no ball can be mapped to.
     """
     if star.inner_radius > 0:
         raise ValueError("a ring cannot be placed as particles: the map is from a ball")

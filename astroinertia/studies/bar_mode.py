@@ -32,7 +32,7 @@ def bar_growth(dataset: xr.Dataset, low: float = 0.05, high: float = 0.15) -> Ba
     """Return how fast the bar_strength of a run grew from low to high, and its phase advanced, by straight lines.
 
     A seed begins as a growing and a decaying mode together: `low` must be some times that at the start. ValueError
-    where the bar never came to `high`. Test: tests/physics/test_bar_mode.py.
+    where the bar never came to `high`.
     """
     time = dataset["time"].values
     strength, phase = dataset["bar_strength"].values, dataset["bar_phase"].values
@@ -53,7 +53,7 @@ def bar_of_liquid(star: RotatingStar) -> tuple[float, float]:
 
     Rates go as (|W|/I_zz)^(1/2) where displacements are linear in position and rotation is rigid; (0, nan) where the
     liquid is stable. Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 5; Tassoul & Ostriker 1968,
-    ApJ 154, 613. Test: tests/physics/test_bar_mode.py.
+    ApJ 154, 613.
     """
     liquid = maclaurin.from_energy_ratio(star.rotational_to_gravitational)
     unit = math.sqrt(-star.gravitational_energy / star.polar_moment)

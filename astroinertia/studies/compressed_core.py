@@ -51,7 +51,6 @@ def compressed_core(
     and follow from the densities of uniform layers unless given (core_model_error.matter_as_dense);
     core_density and mantle_density are means. Errors of ratio, assumed density and crust are carried to first order.
     SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
-    Checked by tests/unit/studies/test_compressed_core.py.
     """
     layers = assumed_layers(one)
     if layers is None:

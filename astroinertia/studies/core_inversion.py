@@ -59,8 +59,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     """Return the core of a body from its published moment ratio and what the table assumes for it.
 
     ratio_row: which of the published ratios, in the order of `moment_ratio_rows`; 0 is the adopted one. Draws have a
-    fixed seed. Numbers without a published uncertainty count as exact. Checked by
-    tests/unit/studies/test_two_layers.py.
+    fixed seed. Numbers without a published uncertainty count as exact.
 
     >>> from astroinertia.bodies.planets import body
     >>> print(f"{core_inversion(body('Mars')).core_radius / 1e3:.0f} km")

@@ -70,7 +70,7 @@ def core_model_error(
     """Return how the core of uniform layers changes with compression and with a third layer, in the unit of the radius.
 
     SI, or with units; crust: thickness over R and density, two plain numbers; assumed: the mean core_density or
-    mantle_density, which stays. Checked by tests/unit/studies/test_core_model_error.py.
+    mantle_density, which stays.
 
     >>> earth = core_model_error(5513.0, 6371e3, 0.33071, core_density=10990.0)
     >>> print(f"{earth.compression / 1e3:.0f} {earth.third_layer / 1e3:.0f} {earth.both / 1e3:.0f}")

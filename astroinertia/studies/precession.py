@@ -69,7 +69,6 @@ def precession(
     given. kernels: files of SPICE (extra `spice`); a PCK gives the pole and the rate of rotation at J2000, an SPK the
     orbits, and attributes say so. SceneError for another planet, for less than a quarter of that span, for less than a
     step a day, and for kernels without what is needed.
-    Checked by tests/physics/test_precession.py.
     """
     if name not in _PLANETS:
         raise SceneError(
@@ -101,7 +100,6 @@ def chandler_wobble(love_number: float | None = None) -> xr.Dataset:
     Periods in s; `love_number_part` and `love_number_lag` are what it adds to k2, real part and minus the imaginary
     one. `period_of_all` and `quality` are those of all causes, `observed_period` beside them (433 days) and `unnamed`
     the difference that no cause here accounts for. love_number and source: as for `rotation.wobble.chandler_wobble`.
-    Checked by tests/physics/test_precession.py.
 
     >>> print((chandler_wobble().change.values / 86400).round(1))
     [303.6 140.3 -50.5   0.4  -0.8  29.7   1.5   9.1]

@@ -26,8 +26,7 @@ def two_layers(mean_density, **parameters) -> TwoLayers:
     """Return the bodies with two of moment_ratio, mantle_density, core_density and core_radius_ratio as given.
 
     Numbers or arrays that broadcast. moment_ratio: I/(M R^2) of the mean moment and the mean radius R;
-    core_radius_ratio: r_core/R. ValueError for other names, or not two of them. Checked by
-    tests/unit/studies/test_two_layers.py.
+    core_radius_ratio: r_core/R. ValueError for other names, or not two of them.
 
     >>> print(f"{two_layers(3933.0, moment_ratio=0.3637, mantle_density=3500.0).core_radius_ratio:.4f}")  # of Mars
     0.4192
@@ -53,7 +52,6 @@ def three_layers(mean_density, moment_ratio, crust_share, crust_density, **param
     """Return the bodies below a crust (thickness over R, density) with core_density or mantle_density as given.
 
     Or with core_radius_ratio, over R. Numbers or arrays that broadcast. ValueError for other names, or not one of them.
-    Checked by tests/unit/studies/test_two_layers.py.
 
     >>> mars = three_layers(3933.0, 0.3637, 0.015, 2900.0, core_density=6000.0)  # with a crust of 50 km
     >>> print(f"{mars.core_radius_ratio:.4f}")
@@ -109,8 +107,6 @@ def moment_ratio_of(mean_density, layers: TwoLayers):
 
 def love_numbers(layers: TwoLayers | ThreeLayers):
     """Return the fluid k_2 of each body, exact; NaN where there is none.
-
-    Checked by tests/unit/studies/test_two_layers.py.
 
     >>> print(f"{love_numbers(two_layers(3933.0, moment_ratio=0.3637, core_density=6000.0)):.3f}")
     1.181
