@@ -42,7 +42,7 @@ def sweep_of(scene: "Scene", options: Options) -> tuple["Sweep", Path]:
     from astroinertia.units import shown
 
     for name in options.of:
-        if parsed(name).of_series:
+        if parsed(name, scene.observables).of_series:
             raise SceneError(f"--of '{shown(name)}': a frequency has no sensitivity here; name the series itself.")
     folder = options.output or Path("runs") / f"{scene.name}-sensitivity"
     return sensitivity_sweep(scene, options.by, options.step), folder
@@ -62,7 +62,7 @@ def report(scene: "Scene", folder: Path, file: Path, options: Options) -> list[s
     lines = [f"{'d ln X / d ln p at the end':34}" + "".join(f"{key:>{widest}}" for key in options.by)]
     base = data.isel(member=0)
     for name in options.of or default_names(scene):
-        observable = parsed(name)
+        observable = parsed(name, scene.observables)
         numbers = value(base, observable)
         columns = []
         for key in options.by:

@@ -8,10 +8,27 @@ from astroinertia.cli.main import main
 from astroinertia.errors import SceneError
 from astroinertia.sweeps.ensemble import run_sweep
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
+from tests.plugin_example import EXAMPLE, distribution
 from tests.sims import SIMS
 
 FILE = SIMS / "core_to_pulsar_scaling.toml"
 CORE = astroinertia.load(FILE, ["output.series_every=10 ms"])
+TURNING = """
+name = "turning"
+model = "rigid"
+units = "code"
+[body]
+kind = "rigid"
+mass = 1.0
+moments = [1.0, 2.0, 2.5]
+rotation = { rate = 0.7 }
+[effects]
+[observables.quadrupole_phase]
+[time]
+end = 1.0
+[output]
+series_every = 0.5
+"""
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +114,18 @@ def test_the_command_refuses_the_frequency_of_a_series(tmp_path, capsys):
     assert main(["sensitivity", str(FILE), *words]) == 2
     assert "a frequency has no sensitivity here" in capsys.readouterr().err
     assert not (tmp_path / "runs").exists()
+
+
+def test_the_command_takes_an_observable_of_an_installed_package(tmp_path, capsys, monkeypatch):
+    """Of a body that turns at a rate the phase of the quadrupole is the rate times the time."""
+    distribution(tmp_path, "quadrupole_phase = quadrupole_phase:QuadrupolePhase", group="observables")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.syspath_prepend(EXAMPLE)
+    (tmp_path / "turning.toml").write_text(TURNING)
+    words = ["--by", "body.rotation.rate", "--of", "quadrupole_phase", "--output", str(tmp_path / "runs")]
+    assert main(["sensitivity", str(tmp_path / "turning.toml"), *words, "--workers", "1"]) == 0
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("quadrupole_phase"))
+    assert float(row.split()[1]) == pytest.approx(1.0, abs=1e-5)
 
 
 def test_the_result_of_another_sweep_is_refused(core):
