@@ -50,7 +50,7 @@ def gradient(scene: Scene, of: str, by: Sequence[str]) -> xr.Dataset:
     >>> print(round(float(answer.gradient[0] * 1500 / answer.value), 9))  # I ~ R^2
     2.0
     """
-    observable, at = _asked(of)
+    observable, at = _asked(scene, of)
     run = members(scene, by, None if at in ("", "end") else moment(scene, at, "the time of a gradient"))
     name = observable.variable
     value = selected(run.isel(member=0), observable).isel(time=-1)
@@ -180,13 +180,13 @@ def _advance(model: str, bodies: Sequence[Any], time: float) -> None:
             raise ValueError("the body changes in jumps")
 
 
-def _asked(of: str) -> tuple[SelectedObservable, str]:
+def _asked(scene: Scene, of: str) -> tuple[SelectedObservable, str]:
     """The observable and the time of a text such as inertia_tensor.zz@end."""
     name, _, at = (part.strip() for part in of.partition("@"))
     if dotted := _SERIES.fullmatch(name):
         labels = " ".join(dotted[2]) if set(dotted[2]) <= set("xyz") else dotted[2]
         name = f"{dotted[1]} {labels}"
-    observable = parsed(name)
+    observable = parsed(name, scene.observables)
     if observable.of_series:
         raise SceneError(f"'{shown(of)}': a frequency has no gradient here; name the series itself.")
     return observable, at

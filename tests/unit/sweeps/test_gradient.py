@@ -14,6 +14,7 @@ from astroinertia.sweeps import gradient as gradients
 from astroinertia.sweeps.ensemble import run_sweep
 from astroinertia.sweeps.gradient import members
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep
+from tests.plugin_example import EXAMPLE, distribution
 from tests.sims import SIMS
 
 CORE = astroinertia.load(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=10 ms"])
@@ -311,3 +312,15 @@ def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path)
         astroinertia.gradient(motor, "angular_momentum.z@end", ["effects.motor.lasts"])
     with pytest.raises(SceneError, match="a sweep takes what is built in or installed, and nothing of your own"):
         run_sweep(sensitivity_sweep(motor, ["body.rotation.rate"]), tmp_path / "runs")
+
+
+def test_an_observable_of_an_installed_package_has_a_gradient(tmp_path, monkeypatch):
+    """The phase of the quadrupole of a body that turns is the rate times the time."""
+    distribution(tmp_path, "quadrupole_phase = quadrupole_phase:QuadrupolePhase", group="observables")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.syspath_prepend(EXAMPLE)
+    body = {"kind": "rigid", "mass": 1.0, "moments": [1.0, 2.0, 2.5], "rotation": {"rate": 0.7}}
+    turning = {"name": "turning", "model": "rigid", "units": "code", "body": body, "effects": [], "time": 2.0}
+    scene = turning | {"observables": ["quadrupole_phase"]}
+    answer = astroinertia.gradient(scene, "quadrupole_phase", ["body.rotation.rate"])
+    assert float(answer.gradient[0]) == pytest.approx(2.0, abs=1e-9)
