@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.observables.quantities import DERIVED, RECORDED
+from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, OF_EFFECTS, RECORDED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 
@@ -28,7 +28,7 @@ DEFAULTS = {
     "rigid": ("angular_velocity", "attitude 3"),
 }
 """What a model is judged by unless something else is asked for."""
-_KNOWN = (*RECORDED, *DERIVED, *REGIONAL)
+_KNOWN = (*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE, *REGIONAL)
 _OF_SERIES = "frequency of "
 _FEWEST_RECORDS = 16  # of a series whose frequency is asked for
 _TRIED_A_PERIOD = 8  # trial frequencies to one over the length of the series

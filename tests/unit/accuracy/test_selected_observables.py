@@ -13,6 +13,7 @@ from astroinertia.accuracy.selected_observables import (
     value,
 )
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, OF_EFFECTS, RECORDED
 from astroinertia.scene import load
 from tests.sims import SIMS
 
@@ -35,6 +36,11 @@ def dataset():
 def test_labels_choose_a_number_at_the_end(dataset):
     assert value(dataset, parsed("inertia_tensor y z")).tolist() == [25.0]
     assert value(dataset, parsed(" ellipsoid_flattening ")) == pytest.approx(RINGING[-1:])
+
+
+@pytest.mark.parametrize("name", [*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE])
+def test_every_series_that_a_run_may_have_can_be_named(name):
+    assert parsed(name).variable == name
 
 
 def test_fewer_labels_give_all_components_in_the_order_of_their_names(dataset):

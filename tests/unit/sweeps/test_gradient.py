@@ -314,6 +314,17 @@ def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path)
         run_sweep(sensitivity_sweep(motor, ["body.rotation.rate"]), tmp_path / "runs")
 
 
+def test_a_wobble_and_its_period_have_gradients():
+    """A free top keeps its wobble, and does all in a time that goes as the period of its rotation."""
+    turning = {"period": "1 d", "wobble": "0.3 rad"}
+    body = {"kind": "rigid", "mass": "1 kg", "moments": ["1 kg m2", "1 kg m2", "2 kg m2"], "rotation": turning}
+    top = {"name": "top", "model": "rigid", "body": body, "effects": [], "time": "1 h"}
+    wobble = astroinertia.gradient(top, "wobble_angle", ["body.rotation.wobble", "body.rotation.period"])
+    assert wobble.gradient.values == pytest.approx([1.0, 0.0], abs=1e-9)
+    period = astroinertia.gradient(top, "wobble_period", ["body.rotation.period"])
+    assert float(period.gradient[0]) == pytest.approx(float(period.value), rel=1e-8)
+
+
 def test_an_observable_of_an_installed_package_has_a_gradient(tmp_path, monkeypatch):
     """The phase of the quadrupole of a body that turns is the rate times the time."""
     distribution(tmp_path, "quadrupole_phase = quadrupole_phase:QuadrupolePhase", group="observables")
