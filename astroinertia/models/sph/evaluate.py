@@ -6,7 +6,7 @@ P = P_cold(rho) + A rho^gamma, constant but for dissipation. Global steps evalua
 the same parts for some of them, `targets` (n,), with all particles as the sources of the sums.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Any
@@ -140,7 +140,7 @@ def gradients(
     if not terms:
         return {}
     fields |= shared_fields(fluid)
-    _add_fields(fields, {effect.kind: effect.gradient_fields(problem.engine.xp, fluid) for effect in problem.effects})
+    _add_fields(fields, [(effect, effect.gradient_fields(problem.engine.xp, fluid)) for effect in problem.effects])
     chosen = {} if targets is None else {"targets": targets}
     sums = problem.engine.neighbour_sums(pairs, problem.kernel, terms, fields, **chosen)
     return with_inertial_flow(problem, fluid, sums)
@@ -208,19 +208,28 @@ def add_sums(sums: Sums, more: Sums) -> None:
 def pair_fields(problem: Problem, fluid: Fluid) -> dict[str, Array]:
     """What the force terms ask for by name."""
     fields = shared_fields(fluid)
-    _add_fields(fields, {effect.kind: effect.fields(problem.engine.xp, fluid) for effect in problem.effects})
+    _add_fields(fields, [(effect, effect.fields(problem.engine.xp, fluid)) for effect in problem.effects])
     return fields
 
 
-def _add_fields(fields: dict[str, Array], given: Mapping[str, Mapping[str, Array]]) -> None:
-    """Add what effects give to pairs, {kind: {name: array}}, in place; SceneError where a name means two arrays."""
-    owners: dict[str, str] = {}
-    for kind, arrays in given.items():
+def _add_fields(fields: dict[str, Array], given: Sequence[tuple[Effect, Mapping[str, Array]]]) -> None:
+    """Add what each effect gives to pairs, {name: array}, in place.
+
+    SceneError where a name means two arrays, one of them of an effect of a user's own.
+    """
+    owners: dict[str, Effect | None] = dict.fromkeys(fields)
+    for effect, arrays in given:
         for name, array in arrays.items():
-            if fields.setdefault(name, array) is not array:
-                other = f"'{owners[name]}'" if name in owners else "every fluid"
-                raise SceneError(f"the effect '{kind}' has a field '{name}' of pairs, and {other} another: rename one.")
-            owners.setdefault(name, kind)
+            other = owners.setdefault(name, effect)
+            if fields.setdefault(name, array) is not array and (other is None or _own(effect) or _own(other)):
+                who = "every fluid" if other is None else f"'{other.kind}'"
+                raise SceneError(
+                    f"the effect '{effect.kind}' has a field '{name}' of pairs, and {who} another: rename one."
+                )
+
+
+def _own(effect: Effect) -> bool:
+    return not type(effect).__module__.startswith("astroinertia.")
 
 
 def shared_fields(fluid: Fluid) -> dict[str, Array]:
