@@ -54,7 +54,7 @@ def executed(source: Path, before: str = "", after: str = "") -> nbformat.Notebo
     with tempfile.TemporaryDirectory() as folder:
         # Sockets are files rather than ports, which a machine may not have to give; nothing is kept of the session.
         manager = KernelManager(kernel_name="python3", transport="ipc", connection_file=f"{folder}/kernel.json")
-        client = NotebookClient(found, km=manager, timeout=LONGEST, record_timing=False)
+        client = NotebookClient(found, km=manager, timeout=LONGEST, record_timing=False, coalesce_streams=True)
         client.execute(cleanup_kc=True, env=os.environ | {"IPYTHONDIR": f"{folder}/ipython"}, cwd=str(source.parent))
     del found.cells[0]
     return found

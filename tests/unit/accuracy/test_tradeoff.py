@@ -111,7 +111,7 @@ def test_sources_of_error_are_separated_with_their_orders(whole):
 
 
 def test_an_error_that_changes_its_sign_tells_no_order():
-    """Riemann's ellipsoid as it ships: its error was said to be 1.4e-27, of the order 2.36 that two tolerances stated."""
+    """Riemann's ellipsoid as it ships: its error was said to be 1.4e-27, of order 2.36 by two tolerances."""
     scene = load.load_file(SIMS / "riemann_ellipsoid.toml")
     (tolerance, *_), one = knobs(scene), np.ones((3, 3))
     errors = {1e-4: 2.3e-6, 1e-5: 1.0e-8, 1e-6: -1.5e-8, 1e-7: -3.0e-9, 1e-8: -3.4e-10, 1e-9: -3.5e-11, 1e-13: 1e-15}
