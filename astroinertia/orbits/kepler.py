@@ -67,26 +67,25 @@ def time_from_pericentre(xp: Any, distance: Any, eccentricity: Any) -> Any:
     """
     e, excess = eccentricity, eccentricity - 1.0
     half = 0.5 * xp.maximum(distance - 1.0, 0.0) / e
-    bound = xp.where(excess < 0.0, -excess, 1.0)
-    anomaly = 2.0 * xp.arcsin(xp.sqrt(xp.minimum(bound * half, 1.0)))
-    ellipse = (anomaly - e * xp.sin(anomaly)) / bound**1.5
-    opened = xp.maximum(excess, 0.0)
-    root = xp.sqrt(xp.where(opened > 0.0, opened, 1.0))
-    s = xp.where(opened > 0.0, 2.0 * xp.arcsinh(root * xp.sqrt(half)) / root, 2.0 * xp.sqrt(half))
-    return xp.where(excess < 0.0, ellipse, s + e * _stumpff_sums(xp, s, opened)[1])
+    root = xp.sqrt(xp.where(excess == 0.0, 1.0, xp.abs(excess)))
+    sine = root * xp.sqrt(half)
+    bound, free = xp.arcsin(xp.minimum(sine, 1.0)), xp.arcsinh(sine)
+    s = 2.0 * xp.where(excess < 0.0, bound, xp.where(excess > 0.0, free, sine)) / root
+    return s + e * _stumpff_sums(xp, s, excess)[1]
 
 
 def _stumpff_sums(xp: Any, s: Any, excess: Any) -> tuple[Any, Any]:
-    """s^2 c_2(-b s^2) and s^3 c_3(-b s^2): (cosh k - 1)/b and (sinh k - k)/b^1.5 with k = b^0.5 s, b >= 0."""
+    """s^2 c_2(-b s^2) and s^3 c_3(-b s^2): (cosh k - 1)/b and (sinh k - k)/b^1.5 with k = b^0.5 s.
+
+    For b < 0 (1 - cos k)/|b| and (k - sin k)/|b|^1.5 with k = |b|^0.5 s.
+    """
     argument = excess * s * s
-    small = argument < 1.0
+    small, size = xp.abs(argument) < 1.0, xp.abs(argument)
     second, third, near = 0.0, 0.0, xp.where(small, argument, 0.0)
     for of_second, of_third in _SERIES:
         second = second * near + of_second
         third = third * near + of_third
-    root = xp.sqrt(xp.where(small, 1.0, argument))
-    b = xp.where(small, 1.0, excess)
-    return (
-        xp.where(small, s * s * second, (xp.cosh(root) - 1.0) / b),
-        xp.where(small, s**3 * third, (xp.sinh(root) - root) / b**1.5),
-    )
+    root, b = xp.sqrt(xp.where(small, 1.0, size)), xp.where(small, 1.0, xp.abs(excess))
+    far_second = xp.where(excess < 0.0, 1.0 - xp.cos(root), xp.cosh(root) - 1.0)
+    far_third = xp.where(excess < 0.0, root - xp.sin(root), xp.sinh(root) - root)
+    return xp.where(small, s * s * second, far_second / b), xp.where(small, s**3 * third, far_third / b**1.5)

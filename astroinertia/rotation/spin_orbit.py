@@ -18,6 +18,7 @@ import numpy as np
 
 from astroinertia.inertia.tensor import require_plausible
 from astroinertia.orbits.kepler import eccentric_anomaly
+from astroinertia.process.positive import refuse_negative
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.cassini import hansen_coefficient
 
@@ -63,6 +64,7 @@ def resonance_half_width(p: float, eccentricity: float, asphericity: float) -> f
     >>> print(f"{resonance_half_width(1.5, 0.2056, 0.018):.2e}")  # of Mercury's 3:2, in mean motions
     1.46e-02
     """
+    refuse_negative(asphericity=asphericity)
     return asphericity * np.sqrt(abs(hansen_coefficient(eccentricity, p)))
 
 

@@ -5,6 +5,7 @@ from itertools import product
 
 import jax
 import jax.numpy as jnp
+import mpmath
 import numpy as np
 import pytest
 
@@ -61,6 +62,16 @@ def test_times_from_the_pericentre_are_those_of_the_places() -> None:
         half = math.pi / (1.0 - e) ** 1.5
         assert time_from_pericentre(np, 9.0 * distance[-1], e) == pytest.approx(half, rel=1e-12)
         assert time_from_pericentre(np, np.float64(0.5), e) == 0.0
+
+
+def test_times_on_ellipses_that_are_almost_parabolas_are_right_to_round_off() -> None:
+    # Kepler's equation by itself loses the digits of 1 - e there: 1e-8 of the time at e = 1 - 1e-8.
+    for gap, distance in product((1e-4, 1e-8, 1e-12, 2.0**-53), (1.01, 2.0, 100.0)):
+        with mpmath.workdps(40):
+            e, b = 1 - mpmath.mpf(gap), mpmath.mpf(gap)
+            anomaly = mpmath.acos((1 - distance * b) / e)
+            exact = float((anomaly - e * mpmath.sin(anomaly)) / b ** mpmath.mpf("1.5"))
+        assert time_from_pericentre(np, np.float64(distance), 1.0 - gap) == pytest.approx(exact, rel=1e-14)
 
 
 @pytest.mark.full

@@ -97,3 +97,9 @@ def test_what_makes_no_section_is_refused():
     for arguments in ((1.0, 0.1, 0.0, 1.0, 3), (*orbit, 0), (*orbit, 3, 0), (*orbit, 2.5), (*orbit, 3, 48.5)):
         with pytest.raises(ValueError, match="section needs"):
             spin_orbit.surface_of_section(*arguments)
+
+
+def test_a_negative_asphericity_is_refused():
+    for function in (spin_orbit.resonance_half_width, spin_orbit.capture_probability):
+        with pytest.raises(ValueError, match=r"asphericity must not be negative, not -0\.1"):
+            function(1.5, MERCURY, -0.1)
