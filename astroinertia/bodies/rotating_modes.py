@@ -28,6 +28,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import assoc_legendre_p, legendre_p_all
 
 from astroinertia.bodies.rotating_star import RotatingStar
 from astroinertia.errors import NumericalError
@@ -203,7 +204,7 @@ def _tides(star: RotatingStar) -> tuple[np.ndarray, ...]:
     second = (
         4 * math.pi * (2 * degrees + 1) * field.moments - 2 * first / r + degrees * (degrees + 1) * field.phi / r**2
     )
-    p, p_slope, p_curve = _legendre(mu, int(degrees[-1]))
+    p, p_slope, p_curve = legendre_p_all(int(degrees[-1]), mu, diff_n=2)[:, ::2]
     sine = np.sqrt(1 - mu**2)
 
     def at(components: np.ndarray, table: np.ndarray) -> np.ndarray:
@@ -229,7 +230,8 @@ def _gravity(
     field = star.field
     degrees, r, mu = field.mesh.degrees, field.mesh.radius[:, None], field.cosine
     sine = np.sqrt(1 - mu**2)
-    harmonic, slope = _harmonics(mu, m, int(degrees[-1]))
+    harmonic, slope = assoc_legendre_p(degrees[:, None, None], m, mu, norm=True, diff_n=1)
+    slope = -sine * slope  # by the angle
     weight = field.weight * rho
     radial = np.einsum("bkj,lkj->bkl", weight * (outwards * sine + up * mu), harmonic)
     tangential = np.einsum("bkj,lkj->bkl", weight * (outwards * mu - up * sine), slope)
@@ -239,28 +241,3 @@ def _gravity(
     dr = (field.mesh.volume_weight / field.mesh.radius)[:, None]  # r dr
     half = np.einsum("akl,bkl->ab", 8 * math.pi / (2 * degrees + 1) * dr * (tangential - (degrees + 1) * radial), inner)
     return -(half + half.T) - 8 * math.pi * np.einsum("akl,bkl->ab", r * dr * radial, radial)
-
-
-def _legendre(mu: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """P_l and its first two derivatives for l = 0, 2, ... degree, each (L, ...)."""
-    value, slope, curve = [np.ones_like(mu), mu], [np.zeros_like(mu), np.ones_like(mu)], [np.zeros_like(mu)] * 2
-    for l in range(1, degree):  # noqa: E741 (the field's letter)
-        value.append(((2 * l + 1) * mu * value[l] - l * value[l - 1]) / (l + 1))
-        slope.append((2 * l + 1) * value[l] + slope[l - 1])
-        curve.append((2 * l + 1) * slope[l] + curve[l - 1])
-    return np.array(value[::2]), np.array(slope[::2]), np.array(curve[::2])
-
-
-def _harmonics(mu: np.ndarray, m: int, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """P_l^m with int_-1^1 P^2 dmu = 1 and its derivative by the angle, l = 0, 2, ... degree (0 below m), (L, ...)."""
-    sine = np.sqrt(1 - mu**2)
-    before = np.zeros_like(mu)
-    now = math.sqrt((m + 0.5) * math.prod(1 - 0.5 / k for k in range(1, m + 1))) * sine**m
-    value, slope = np.zeros((2, degree // 2 + 1, *mu.shape))
-    for l in range(m, degree + 1):  # noqa: E741
-        back = math.sqrt((l**2 - m**2) / (4 * l**2 - 1))  # mu P_l = forth P_(l+1) + back P_(l-1)
-        if l % 2 == 0:
-            value[l // 2], slope[l // 2] = now, (l * mu * now - (2 * l + 1) * back * before) / sine
-        forth = math.sqrt(((l + 1) ** 2 - m**2) / (4 * (l + 1) ** 2 - 1))
-        before, now = now, (mu * now - back * before) / forth
-    return value, slope
