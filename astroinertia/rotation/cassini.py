@@ -12,18 +12,16 @@ Sources: Colombo 1966, AJ 71, 891; Peale 1969, AJ 74, 483; Ward 1975, AJ 80, 64;
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.roots import root_between
-
-Array = Any
 
 _MOST_DOUBLINGS = 22  # of the points of an orbit
-_SCAN = 3600  # parts of the circle in which the zeros of the torque are looked for
+_OFF_THE_CIRCLE = 1e-6  # by which roots of polynomials are off where two of them are about to merge
+_NEWTON_STEPS = 3  # by which they are known to round-off
 
 
 class CassiniState(NamedTuple):
@@ -95,17 +93,14 @@ def cassini_states(precession_constant: float, node_rate: float, inclination: fl
     # A node that advances has the states of one that regresses, for the opposite spin.
     rate, opposite = -abs(node_rate), node_rate > 0
 
-    def torque(theta: Array) -> Array:
-        return precession_constant * np.cos(theta) * np.sin(theta) + rate * np.sin(theta - inclination)
-
     states = []
-    for theta in _zeros(torque):
+    for theta in _standing(0.5 * precession_constant, 0.0, rate, inclination):
         # Curvatures of the energy -(alpha/2) (s.n)^2 - rate s.k, with its sign turned, in the plane and out of it.
         inside = precession_constant * np.cos(2 * theta) + rate * np.cos(theta - inclination)
         across = rate * np.sin(inclination) / np.sin(theta)
         stable = inside * across > 0
         number = 4 if not stable else 2 if inside < 0 else 1 if np.cos(theta) > 0 else 3
-        obliquity = float(np.remainder(theta + np.pi * opposite + np.pi, 2 * np.pi) - np.pi)
+        obliquity = theta - math.copysign(math.pi, theta) * opposite
         states.append(
             CassiniState(number, obliquity, bool(stable), float(np.sqrt(inside * across)) if stable else np.nan)
         )
@@ -131,13 +126,9 @@ def resonant_obliquity(
     6.7
     """
     _require_locked(moment_ratio, mean_motion, node_rate, inclination, eccentricity)
-    strength = _locked_strength(j2, c22, eccentricity, p, primary_share)
     scale = mean_motion / (p * moment_ratio)
-
-    def torque(theta: Array) -> Array:
-        return scale * np.sin(theta) * strength(theta) + node_rate * np.sin(theta - inclination)
-
-    angles = _zeros(torque)
+    level, tilted = (scale * part for part in _locked_strength(j2, c22, eccentricity, p, primary_share))
+    angles = _standing(0.5 * tilted, level, node_rate, inclination)
     # State 1 leans from the normal away from the pole, between the normal and its opposite; tides lead to the state of
     # the smallest obliquity.
     prograde = [angle for angle in angles if abs(angle) < np.pi / 2]
@@ -163,7 +154,8 @@ def moment_ratio_from_obliquity(
     0.3930
     """
     _require_locked(1.0, mean_motion, node_rate, inclination, eccentricity)
-    torque = mean_motion / p * np.sin(obliquity) * _locked_strength(j2, c22, eccentricity, p, primary_share)(obliquity)
+    level, tilted = _locked_strength(j2, c22, eccentricity, p, primary_share)
+    torque = mean_motion / p * np.sin(obliquity) * (level + tilted * np.cos(obliquity))
     turning = -node_rate * np.sin(obliquity - inclination)
     if turning == 0 or torque / turning <= 0:
         raise ValueError(
@@ -173,14 +165,10 @@ def moment_ratio_from_obliquity(
     return float(torque / turning)
 
 
-def _locked_strength(j2: float, c22: float, eccentricity: float, p: float, primary_share: float) -> Any:
-    held = hansen_coefficient(eccentricity, p)
-
-    def strength(theta: Array) -> Array:
-        averaged = j2 * np.cos(theta) / (1 - eccentricity**2) ** 1.5
-        return 1.5 * primary_share * (averaged + c22 * held * (1 + np.cos(theta)))
-
-    return strength
+def _locked_strength(j2: float, c22: float, eccentricity: float, p: float, primary_share: float) -> tuple[float, float]:
+    """The two parts of what sin(theta) is multiplied by: the second goes with cos(theta)."""
+    held = 1.5 * primary_share * c22 * hansen_coefficient(eccentricity, p)
+    return held, held + 1.5 * primary_share * j2 / (1 - eccentricity**2) ** 1.5
 
 
 def _require_locked(ratio: float, motion: float, node_rate: float, inclination: float, eccentricity: float) -> None:
@@ -191,21 +179,19 @@ def _require_locked(ratio: float, motion: float, node_rate: float, inclination: 
         )
 
 
-def _zeros(torque: Any) -> list[float]:
-    """The angles from -pi to pi where the torque vanishes; pairs that are about to merge are kept apart from none."""
-    grid = np.linspace(-np.pi, np.pi, _SCAN + 1)
-    values = torque(grid)
-    angles = [float(grid[k]) for k in np.flatnonzero(values[:-1] == 0)]
-    crossing = np.flatnonzero(values[:-1] * values[1:] < 0)
-    angles += [root_between(torque, grid[k], grid[k + 1]) for k in crossing]
-    # A pair may hide between two points: where |torque| has a least value of one sign.
-    size = np.abs(values)
-    alike = (values[:-2] * values[1:-1] > 0) & (values[1:-1] * values[2:] > 0)  # a pair around a point is found above
-    for k in np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] <= size[2:]) & alike) + 1:
-        inside = np.linspace(grid[k - 1], grid[k + 1], _SCAN + 1)
-        finer = torque(inside)
-        crossing = np.flatnonzero(finer[:-1] * finer[1:] < 0)
-        angles += [root_between(torque, inside[j], inside[j + 1]) for j in crossing]
-    if len(angles) not in (2, 4):
+def _standing(double: float, single: float, rate: float, inclination: float) -> list[float]:
+    """The angles from -pi to pi at which double sin(2 theta) + single sin(theta) + rate sin(theta - i) vanishes.
+
+    A polynomial of degree 4 in exp(i theta), whose roots are on the unit circle or in pairs on both sides of it.
+    """
+    turned = single + rate * np.exp(-1j * inclination)
+    roots = np.roots([double, turned, 0.0, -turned.conjugate(), -double])
+    angles = np.angle(roots[np.abs(np.abs(roots) - 1) < _OFF_THE_CIRCLE])
+    for _ in range(_NEWTON_STEPS):
+        torque = double * np.sin(2 * angles) + single * np.sin(angles) + rate * np.sin(angles - inclination)
+        slope = 2 * double * np.cos(2 * angles) + single * np.cos(angles) + rate * np.cos(angles - inclination)
+        angles = angles - torque / slope
+    apart = np.diff(np.sort(angles))
+    if len(angles) not in (2, 4) or apart.min() < _OFF_THE_CIRCLE:
         raise NumericalError(f"{len(angles)} Cassini states were found where there are two or four: two are merging")
-    return sorted(angles)
+    return sorted(map(float, angles))

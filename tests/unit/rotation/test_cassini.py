@@ -55,6 +55,13 @@ def test_states_next_to_their_merging_are_counted_once(inclination, short):
     assert len(cassini.cassini_states(1.0, -(1 + short) * critical, inclination)) == 2
 
 
+def test_a_small_obliquity_keeps_its_digits():
+    node, inclination = 1e-5, 1e-5
+    state = cassini.cassini_states(1.0, -node, inclination)[0]
+    expected = -node * np.sin(inclination) / (1 - node * np.cos(inclination))
+    assert state.obliquity == pytest.approx(expected, rel=1e-12)
+
+
 def test_small_circles_about_a_state_have_its_frequency():
     inclination, rate, step = 0.3, -0.2, 1e-6
     pole, normal = np.array([0.0, np.sin(inclination), np.cos(inclination)]), np.array([0.0, 0.0, 1.0])
