@@ -5,7 +5,7 @@ With eta = d ln(flattening)/d ln r of degree l and D the density over the mean d
     r delta' = delta^2 - (2l + 1) delta + 6 D (l + 2 - delta),    delta = 3 at the centre,
     k_l = delta/(2l + 1 - delta) at the surface.
 
-This is Radau's equation (`clairaut.radau_slope`) for the difference from the eta of a point mass: so k_l keeps its
+This is Radau's equation for the difference from the eta of a point mass: so k_l keeps its
 digits in condensed stars, where it is small. The apsidal constant of a star in a binary is k_l/2.
 Units of the zones: 4 pi G = central density = central enthalpy = 1, so that r = xi and m = -xi^2 theta' in a core.
 Sources: Radau 1885; Sterne 1939, MNRAS 99, 451; Brooker & Olle 1955, MNRAS 115, 101. Tests:
@@ -28,7 +28,6 @@ ROUND_OFF = 2.3e-14  # relative tolerance of the integration: about the smallest
 _ABSOLUTE = 1e-40
 _STEPS = 64  # least number of steps through a zone at that tolerance
 _INTEGRALS = 5
-_COMPLEX_STEP = 1e-30  # so small that its square is nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +38,7 @@ class Zone:
     degree (degree, node).
     """
 
-    index: float | complex
+    index: float
     t: np.ndarray
     r: np.ndarray
     mass: np.ndarray
@@ -64,7 +63,7 @@ def complement_slope(delta: np.ndarray, density_over_mean, degrees: np.ndarray) 
 
 
 def integrate_zone(
-    index: float | complex,
+    index: float,
     density: float,
     enthalpy: float,
     state: np.ndarray,
@@ -81,7 +80,7 @@ def integrate_zone(
     def slope(t, y):
         r, mass, delta = y[0], y[1], y[_INTEGRALS:]
         dr = -4 * t**3 * enthalpy * r**2 / mass
-        rho = density * (t ** (4 * index) if t > 0 else 0.0 ** (4 * index.real))  # 0 to a complex power is no number
+        rho = density * t ** (4 * index)
         pressure = rho * enthalpy * t**4 / (index + 1)
         rates = [1.0, rho * r**2, rho * r**4, rho * mass * r, pressure * r**2]
         if not degrees:  # several times as fast, for searches
@@ -96,18 +95,11 @@ def integrate_zone(
     return Zone(index, t, *solution.y[:_INTEGRALS], delta=solution.y[_INTEGRALS:])
 
 
-def core_zone(
-    index: float | complex, t_end: float, nodes: int, degrees: tuple[int, ...], tolerance: float = ROUND_OFF
-) -> Zone:
-    """Return the core from xi = CORE_START to theta = t_end^4, with nodes about equally far apart in radius.
-
-    A complex index gives derivatives by the index: see `index_derivatives`.
-    """
+def core_zone(index: float, t_end: float, nodes: int, degrees: tuple[int, ...], tolerance: float = ROUND_OFF) -> Zone:
+    """Return the core from xi = CORE_START to theta = t_end^4, with nodes about equally far apart in radius."""
     n, xi = index, CORE_START
-    t_start = float(central_series(n.real, xi)[0]) ** 0.25
-    if isinstance(n, complex):  # the same t lies at another xi
-        xi = xi + 1j * n.imag * xi**3 / 40
-    _, mass, moment = central_series(n, xi)
+    theta, mass, moment = central_series(n, xi)
+    t_start = float(theta) ** 0.25
     l_values = np.asarray(degrees, dtype=float)
     work = xi**3 / (3 * (n + 1)) - xi**5 / 30
     delta = 3 - 2 * n * (l_values - 1) / (5 * (2 * l_values + 3)) * xi**2
@@ -158,30 +150,3 @@ def apsidal_constant(index: float, degree: int = 2) -> float:
     0.014443
     """
     return love_number(index, degree) / 2
-
-
-@dataclass(frozen=True)
-class IndexDerivatives:
-    """Derivatives by n of what `LaneEmden` and `love_number` give, under the same names; love_numbers by degree."""
-
-    xi_1: float
-    surface_mass: float
-    moment_ratio: float
-    central_to_mean: float
-    love_numbers: dict[int, float]
-
-
-@with_quantities()
-def index_derivatives(index: float) -> IndexDerivatives:
-    """Return the derivatives by n of the dimensionless numbers of the polytrope of `index`, to about 1e-13 relative.
-
-    By a complex step, without a difference of close numbers: d f/dn = Im f(n + i h)/h. ValueError for an index outside
-    0 <= n < 5. Source: Squire & Trapp 1998, SIAM Review 40, 110.
-    """
-    lane_emden(float(index))  # says what is wrong with an index
-    zone = core_zone(complex(index, _COMPLEX_STEP), 0.0, 2, DEGREES)
-    radius, mass, moment = zone.r[-1], zone.mass[-1], zone.moment[-1]
-    love = [love_from_complement(delta, degree) for degree, delta in zip(DEGREES, zone.delta[:, -1], strict=True)]
-    values = (radius, mass, 2 * moment / (3 * mass * radius**2), radius**3 / (3 * mass), *love)
-    slopes = [float(value.imag / _COMPLEX_STEP) for value in values]
-    return IndexDerivatives(*slopes[:4], love_numbers=dict(zip(DEGREES, slopes[4:], strict=True)))

@@ -164,7 +164,7 @@ def _polytropic_limit(index: float) -> PolytropicLimit:
     _check(index)
     star = end_of_sequence(polytropic_matter(index))
     at_rest = _radius_at_rest(star, index)
-    rest_moment = polytrope_moment_ratio(index) * at_rest**2
+    rest_moment = lane_emden(index).moment_ratio * at_rest**2
     return PolytropicLimit(
         index=index,
         rate=star.angular_velocity * at_rest**1.5,
@@ -188,16 +188,6 @@ def polytropic_rate(index: float, fraction: float) -> float:
     _check(index)
     star = rotating_star_with("breakup_fraction", fraction, polytropic_matter(index))
     return star.angular_velocity * _radius_at_rest(star, index) ** 1.5
-
-
-@with_quantities()
-def polytrope_moment_ratio(index: float) -> float:
-    """I/(M R^2) of the polytrope at rest.
-
-    >>> print(f"{polytrope_moment_ratio(1.5):.6f}")
-    0.204600
-    """
-    return lane_emden(float(index)).moment_ratio
 
 
 @with_quantities()

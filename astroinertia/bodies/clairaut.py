@@ -42,31 +42,6 @@ DEFAULT_STEPS = 6  # steps a layer: the knee in tests/benchmarks/results/work_pr
 _GRADING = 0.3  # share of R: steps of a layer around a small core are even well inside it, geometric well outside
 
 
-def radau_slope(r: Array, eta: Array, density_over_mean: Array, degree: int) -> Array:
-    """d eta/dr of Radau's variable eta = d ln f_l/d ln r, r > 0; eta is l - 2 at a regular centre and never jumps.
-
-    density_over_mean: D, the density at r over the mean density inside r. Numbers, numpy or jax arrays of one shape, r
-    in any unit. Source: Radau 1885, for any degree l Kopal 1959 (II.1). Checked by tests/unit/bodies/test_clairaut.py.
-
-    >>> print(radau_slope(1.0, 0.0, 1.0, 2))  # of a homogeneous body eta stays 0
-    0.0
-    """
-    return (degree * (degree + 1) - 6 * density_over_mean * (eta + 1) - eta * (eta - 1)) / r
-
-
-@with_quantities()
-def love_number_from_radau(eta: Array, degree: int = 2) -> Array:
-    """The fluid Love number k_l = (l + 1 - eta)/(l + eta) from Radau's variable at the surface.
-
-    The apsidal constant of a star is half of it. Source: Kopal 1959 (II.2). Checked by
-    tests/unit/bodies/test_clairaut.py.
-
-    >>> print(love_number_from_radau(0.0), love_number_from_radau(3.0))  # homogeneous, and a point mass
-    1.5 0.0
-    """
-    return (degree + 1 - eta) / (degree + eta)
-
-
 @with_quantities()
 @double_precision("degree", "steps")
 def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) -> Array:
@@ -89,7 +64,8 @@ def love_number(body: LayeredBody, degree: int = 2, steps: int = DEFAULT_STEPS) 
 def radau_variable(body: LayeredBody, degree: int = 2) -> Array:
     """Radau's eta at the surface, a scalar: l - 2 for a homogeneous body, l + 1 for a point mass.
 
-    Degree and errors as for `love_number`. Source: Radau 1885. Checked by tests/unit/bodies/test_clairaut.py.
+    k_l = (l + 1 - eta)/(l + eta); degree and errors as for `love_number`. Source: Radau 1885. Checked by
+    tests/unit/bodies/test_clairaut.py.
 
     >>> from astroinertia.bodies.layered import constant_layers
     >>> print(f"{abs(float(radau_variable(constant_layers([1.0], [1.0])))):.6f}")

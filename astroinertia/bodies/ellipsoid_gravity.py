@@ -29,10 +29,8 @@ def index_symbols(axes) -> np.ndarray:
     >>> print(index_symbols(np.array([1.0, 1.0, 1.0])).round(6))  # of a sphere
     [0.666667 0.666667 0.666667]
     """
-    axes = _checked(axes)
-    squares = np.moveaxis(axes**2 / _scale2(axes), -1, 0)
-    volume = np.prod(axes / np.sqrt(_scale2(axes)), axis=-1)
-    return np.stack([2 / 3 * volume * elliprd(*np.delete(squares, i, 0), squares[i]) for i in range(3)], axis=-1)
+    scaled = _checked(axes) / np.max(axes, axis=-1, keepdims=True)
+    return _shifted_symbols(scaled, scaled**2)
 
 
 def index_integral(squares, indices: tuple[int, ...], power: int):
@@ -97,8 +95,8 @@ def gravitational_energy(axes, mass: float = 1.0, gravitational_constant: float 
     -0.600000
     """
     axes = _checked(axes)
-    scale2 = _scale2(axes)[..., 0]
-    return -0.6 * gravitational_constant * mass**2 * float(elliprf(*(axes**2 / scale2))) / math.sqrt(scale2)
+    scale = axes.max()  # Carlson's integrals are homogeneous
+    return -0.6 * gravitational_constant * mass**2 * float(elliprf(*(axes / scale) ** 2)) / scale
 
 
 @with_quantities(axes="m")
@@ -122,14 +120,10 @@ def _checked(axes) -> np.ndarray:
     return axes
 
 
-def _scale2(axes) -> np.ndarray:
-    """The largest squared axis, kept as a last dimension: Carlson's integrals are homogeneous."""
-    return np.max(axes, axis=-1, keepdims=True) ** 2
-
-
 def _shifted_symbols(axes, squares) -> np.ndarray:
-    columns = np.moveaxis(squares, -1, 0)
-    return np.stack([2 / 3 * np.prod(axes) * elliprd(*np.delete(columns, i, 0), columns[i]) for i in range(3)], axis=-1)
+    """A_i at a confocal surface, whose squared axes are `squares`."""
+    columns, volume = np.moveaxis(squares, -1, 0), np.prod(axes, axis=-1)
+    return np.stack([2 / 3 * volume * elliprd(*np.delete(columns, i, 0), columns[i]) for i in range(3)], axis=-1)
 
 
 def _confocal(axes, points) -> np.ndarray:

@@ -199,10 +199,7 @@ def _squared_polynomial(frame: SteadyFrame, basis) -> np.ndarray:
 
 def _divided(polynomial: np.ndarray, root: float) -> np.ndarray:
     """The polynomial without a root that it is known to have."""
-    quotient = polynomial[:-1].copy()
-    for k in range(1, len(quotient)):
-        quotient[k] += root * quotient[k - 1]
-    return quotient
+    return np.polydiv(polynomial, [1.0, -root])[0]
 
 
 def _margin(polynomial: np.ndarray) -> float:

@@ -58,13 +58,13 @@ class LaneEmden:
         return np.where(self.xi > 0, -self.mass / np.where(self.xi > 0, self.xi, 1.0) ** 2, 0.0)
 
 
-def central_series(n: float | complex, xi):
+def central_series(n: float, xi):
     """Return theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^10.
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
-    a_(k+1) = -b_k / ((2k + 2)(2k + 3)). n and xi may be complex, for derivatives. Source: Chandrasekhar 1939, ch. IV.
+    a_(k+1) = -b_k / ((2k + 2)(2k + 3)). Source: Chandrasekhar 1939, ch. IV.
     """
-    xi = np.asarray(xi, dtype=complex if np.iscomplexobj(xi) else float)
+    xi = np.asarray(xi, dtype=float)
     a: list = [1.0]
     b: list = [1.0]
     for k in range(5):

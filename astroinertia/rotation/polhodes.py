@@ -158,23 +158,6 @@ def separatrix_angle(top: FreeTop, times: Array = 0.0) -> np.ndarray:
     return np.arcsin(np.minimum(distance / whole, 1.0))
 
 
-@with_quantities()
-def flip_interval(top: FreeTop) -> float:
-    """The time between reversals of the component along the intermediate axis, half of `free_top.period`.
-
-    Infinite on the separatrix, NaN of a steady rotation. Source: Landau & Lifshitz, Mechanics, eq. 37.12.
-
-    >>> from astroinertia.rotation.free_top import free_top
-    >>> near, nearer = (flip_interval(free_top([1, 2, 3], [d, 1, d])) for d in ("1e-3", "1e-6"))
-    >>> print(f"{nearer - near:.2f}")  # grows as sqrt(3) ln(1000) 2
-    23.93
-    """
-    if top.modulus is None:
-        return math.inf if top.motion == "separatrix" else math.nan
-    with digits():
-        return float(2 * top.modulus.quarter / top.argument_rate)
-
-
 @with_quantities(end="s")
 def flip_times(top: FreeTop, end: float) -> np.ndarray:
     """The times from 0 to `end` at which the component along the intermediate axis passes through 0.
@@ -182,10 +165,10 @@ def flip_times(top: FreeTop, end: float) -> np.ndarray:
     ValueError for an end that is not finite.
     Source: Landau & Lifshitz, Mechanics, section 37.
 
-    >>> from astroinertia.rotation.free_top import free_top
+    >>> from astroinertia.rotation.free_top import free_top, period
     >>> top = free_top([1, 2, 3], [0.1, 1, 0.1])
-    >>> print((np.diff(flip_times(top, 40.0)) / flip_interval(top)).round(9))
-    [1. 1.]
+    >>> print((np.diff(flip_times(top, 40.0)) / period(top)).round(9))  # twice in each period
+    [0.5 0.5]
     """
     if not math.isfinite(end := float(end)):
         raise ValueError(f"the time up to which flips are counted must be finite, not {end}")
@@ -211,9 +194,9 @@ def dwell(top: FreeTop, angle: float) -> float:
     0 where it never comes so near, infinite on the separatrix, NaN of a steady rotation. ValueError unless the angle is
     between 0 and pi/2. Source: Landau & Lifshitz, Mechanics, section 37.
 
-    >>> from astroinertia.rotation.free_top import free_top
+    >>> from astroinertia.rotation.free_top import free_top, period
     >>> top = free_top([1, 2, 3], ["1e-6", 1, "1e-6"])
-    >>> print(f"{dwell(top, np.radians(10.0)) / flip_interval(top):.2f}")  # most of the time upright
+    >>> print(f"{dwell(top, np.radians(10.0)) / (period(top) / 2):.2f}")  # most of the time upright
     0.84
     """
     if not 0.0 < angle < 0.5 * math.pi:

@@ -109,7 +109,7 @@ INSIDES = {
 }
 # What takes seconds to minutes, or a run of its own: tests and scenes show it.
 LONG = {
-    *("bodies.apsidal.index_derivatives", "bodies.neutron_stars.sequence", "bodies.neutron_stars.stable_branch"),
+    *("bodies.neutron_stars.sequence", "bodies.neutron_stars.stable_branch"),
     "rotation.secular_spin.spin_history",
     "rotation.spice",  # needs kernels of the user's
     *("bodies.figures.figure_of_barotropes", "bodies.figures.figure_of_layered_body"),
