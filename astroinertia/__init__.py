@@ -136,11 +136,12 @@ def run_scene(
     from astroinertia.run.loop import refuse_before
     from astroinertia.run.meter import preparing, watched
     from astroinertia.scene import load as scenes, sweep as sweeps
+    from astroinertia.scene.own import given_from_python
     from astroinertia.scene.schema import Scene
 
     place = _path("folder", folder)
     refuse_wrong(listener, workers, cluster, effects, observables)
-    own = _of_your_own(effects, matter, observables, body)
+    own = given_from_python(effects, matter, observables, body)
     if not own and not isinstance(scene, Scene) and (sweep := sweeps.of(scene)) is not None:
         from astroinertia.sweeps.ensemble import run_sweep
 
@@ -183,22 +184,23 @@ def resume(
     from astroinertia.process.arguments import refuse_wrong
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
+    from astroinertia.scene.own import given_from_python
     from astroinertia.storage.archive import SWEEP
 
     place, settings = _path("folder", folder), settings_of(settings)
     refuse_wrong(listener, workers, cluster, effects, observables)
+    own = given_from_python(effects, matter, observables, body)
     if (place / SWEEP).exists():
         from astroinertia.errors import SceneError
         from astroinertia.sweeps.ensemble import resume as go_on_with_members
 
-        if effects or matter is not None or observables or body is not None:
+        if own:
             raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
         _refuse_of_one_run(callback, every)
         if settings:
             raise SceneError("a sweep goes on as it began: settings are for a run.")
         with watched(progress, listener, "members are at work") as meter:
             return go_on_with_members(place, workers, cluster, listener=meter and meter.tell_members).file
-    own = _of_your_own(effects, matter, observables, body)
     with watched(progress, listener, "the run is read") as meter:
         return running.unless_stopped(
             place,
@@ -235,10 +237,11 @@ def branch(
     from astroinertia.run.branch import branch as start
     from astroinertia.run.meter import watched
     from astroinertia.scene.from_python import settings_of
+    from astroinertia.scene.own import given_from_python
 
     source, place, settings = _path("run", run), _path("folder", folder), settings_of(settings)
     refuse_wrong(listener, 1, None, effects, observables)
-    own = _of_your_own(effects, matter, observables, body)
+    own = given_from_python(effects, matter, observables, body)
     with watched(progress, listener) as meter:
         hears = _both(listener, meter)
         return running.unless_stopped(
@@ -279,15 +282,6 @@ def _get_ready() -> None:
 
     requirements.check()
     kept_programs.keep_apart()
-
-
-def _of_your_own(effects: Sequence[Any], matter: Any, observables: Sequence[Any], body: Any) -> Sequence[Any]:
-    """All that is given from Python beside the scene."""
-    from astroinertia.observables.own import with_observables
-    from astroinertia.scene.own_bodies import with_body
-    from astroinertia.scene.own_matter import with_matter
-
-    return with_body(with_observables(with_matter(effects, matter), observables), body)
 
 
 def _path(name: str, value: Any, what: str = "a folder") -> Path:

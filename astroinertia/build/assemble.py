@@ -17,16 +17,14 @@ from astroinertia.build.effects import effects_of, refuse_in_turning_frame, refu
 from astroinertia.build.refusals import refuse_impossible
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.build.structure import structure
-from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.effects.doors import made_of
-from astroinertia.effects.own import EFFECTS
+from astroinertia.effects.doors import Door, made_of
 from astroinertia.errors import ArchiveError, ArchiveWarning, SceneError
 from astroinertia.models.protocol import Evolution
-from astroinertia.observables import own as own_observables
 from astroinertia.observables.observable import Observable
-from astroinertia.scene import load, own_bodies, own_matter
+from astroinertia.observables.own import quantity_of
+from astroinertia.scene import load
 from astroinertia.scene.dimensional import options_in_code_units
-from astroinertia.scene.own_body import OwnBody
+from astroinertia.scene.own import DOORS, by_door
 from astroinertia.scene.plan import cadence, code_units, plan, region_descriptions, smoothing, softening
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
@@ -34,13 +32,6 @@ from astroinertia.storage.bounded import plain_text
 from astroinertia.storage.manifest import complaint
 from astroinertia.units import CodeUnits
 
-OUTSIDE = {
-    "own_effects": ("effect", "effects=[...]"),
-    "own_matter": ("equation of state", "matter=..."),
-    "own_bodies": ("initial body", "body=..."),
-    "own_observables": ("observable", "observables=[...]"),
-}
-"""What a run's description has of what is not of this package: its name, and how it is given from Python."""
 BRANCH = "branched_from"  # of a run's description: which run it is a branch of, and where it begins
 _Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
@@ -99,11 +90,11 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     metadata = archive.metadata
     if not isinstance(metadata.get("scene"), str):
         raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
-    for origin, kind in missing(archive, effects):
-        thing, argument = OUTSIDE[origin]
+    for door, kind in missing(archive, effects):
+        origin = plain_text(metadata[door.described][kind])
         raise ArchiveError(
-            f"{archive.folder} was run with the {thing} '{plain_text(kind)}' ({plain_text(metadata[origin][kind])}), "
-            f"which is not here: install its package, or give it from Python to resume(folder, {argument})."
+            f"{archive.folder} was run with the {door.thing} '{plain_text(kind)}' ({origin}), which is not here: "
+            f"install its package, or give it from Python to resume(folder, {door.argument})."
         )
     classes = [made_of(effect) for effect in effects]
     scene = load.loads(metadata["scene"], origin=metadata.get("origin"), effects=classes)
@@ -112,17 +103,17 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     return scene
 
 
-def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[str, str]]:
-    """Keys of OUTSIDE and kinds of what a run was given and what is neither built in nor given here nor offered by an
-    installed package.
+def missing(archive: Archive, effects: Sequence[Any] = ()) -> list[tuple[Door, str]]:
+    """Doors and kinds of what a run was given and what is neither built in nor given here nor offered by an installed
+    package.
     """
-    observed, others = own_observables.apart(effects)
-    own_kinds, fluid, body = own_bodies.entries(others)
-    kinds = {"own_effects": {*own_kinds, *EFFECTS.offered(), *CATALOGUE}}
-    kinds["own_observables"] = {*observed, *own_observables.OBSERVABLES.offered()}
-    kinds["own_matter"] = {*own_matter.MATTER.offered(), *((fluid.made.kind,) if fluid else ())}
-    kinds["own_bodies"] = {*own_bodies.BODIES.offered(), *((body.made.kind,) if body else ())}
-    return [(name, kind) for name, here in kinds.items() for kind in archive.metadata.get(name, {}) if kind not in here]
+    given = by_door(effects)
+    return [
+        (door, kind)
+        for door in DOORS
+        for kind in archive.metadata.get(door.described, {})
+        if kind not in {*given[door], *door.offered(), *door.taken}
+    ]
 
 
 def restore(archive: Archive, scene: Scene) -> Prepared:
@@ -241,37 +232,27 @@ def metadata(scene: Scene, units: CodeUnits | None = None) -> dict[str, Any]:
             for kind, entry in scene.entries.items()
             if kind in scene.effects and scene.model not in entry.models
         },
-        **({"own_effects": {kind: entry.origin for kind, entry in scene.own.items()}} if scene.own else {}),
-        **_own_matter(scene),
-        **_own_observables(scene),
-        **_own_bodies(scene),
+        **_outside(scene),
         **({"regions": region_descriptions(scene)} if scene.regions else {}),
         **({"choice": dict(scene.choice)} if scene.choice else {}),
         "versions": versions(scene),
     }
 
 
-def _own_matter(scene: Scene) -> dict[str, Any]:
-    fluid = scene.equation_of_state
-    return {"own_matter": {fluid.name: fluid.entry.origin}} if fluid is not None and fluid.kind == "own" else {}
-
-
-def _own_observables(scene: Scene) -> dict[str, Any]:
-    # What they are, too: a result is opened where their classes may not be.
-    said = {kind: own_observables.quantity_of(entry).described() for kind, entry in scene.observed.items()}
-    origins = {kind: entry.origin for kind, entry in scene.observed.items()}
-    return {"own_observables": origins, "observables": said} if said else {}
-
-
-def _own_bodies(scene: Scene) -> dict[str, Any]:
-    bodies = [body for body in scene.bodies or (scene.body,) if isinstance(body, OwnBody)]
-    return {"own_bodies": {body.name: body.entry.origin for body in bodies}} if bodies else {}
+def _outside(scene: Scene) -> dict[str, Any]:
+    """Where what is not of this package comes from; and what observables are, for results that lack their classes."""
+    origins = {
+        door.described: {each.kind: each.entry.origin for each in scene.outside if each.table == door.table}
+        for door in DOORS
+    }
+    said = {kind: quantity_of(entry).described() for kind, entry in scene.observed.items()}
+    return {name: value for name, value in {**origins, "observables": said}.items() if value}
 
 
 def versions(scene: Scene) -> dict[str, str]:
     """Of Python and of what decides a run's numbers, here and now, packages of its own among them."""
     names = ("numpy", "numba", "jax", "diffrax", "rebound", "xarray", "netCDF4", "astropy")
-    own = dict(entry.package.rsplit(" ", 1) for entry in scene.outside if entry.package)
+    own = dict(each.entry.package.rsplit(" ", 1) for each in scene.outside if each.entry.package)
     return {"python": platform.python_version(), **{name: version(name) for name in names}, **own}
 
 

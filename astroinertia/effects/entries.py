@@ -55,6 +55,11 @@ class Entry:
             return ""
         return self.package or f"the {thing} {self.made.__qualname__} of {module}, given from Python"
 
+    @property
+    def described(self) -> str:
+        """What it is, where it comes from, and where its equations do."""
+        return "; ".join(filter(None, [self.text, f"from {self.origin}", self.source]))
+
 
 FRAME = choice("the axes that it is given in", "inertial", "body")  # of torques
 AXIS = (0.0, 0.0, 1.0)

@@ -1,20 +1,15 @@
-"""Observables that are not of this package: given from Python, or offered by installed packages.
-
-A package offers one by an entry point of the group `astroinertia.observables`, named as its kind:
-
-    [project.entry-points."astroinertia.observables"]
-    quadrupole_phase = "quadrupole_phase:QuadrupolePhase"
+"""Observables that are not of this package: what a class must say, and its values, checked as they are recorded.
 
 Tests: tests/unit/test_observables_door.py.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.doors import Door, made_of
+from astroinertia.effects.doors import Door
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
 from astroinertia.observables.observable import Observable
@@ -28,42 +23,36 @@ from astroinertia.observables.quantities import (
     BodyState,
     Quantity,
 )
-from astroinertia.units import ALL_MODELS, DIMENSIONS, Dimension, shown, si_unit
+from astroinertia.units import DIMENSIONS, Dimension, shown, si_unit
 
 SIZES = {name: len(LABELS[name][0]) for name in ("i", "j", "principal", "mode")}
 PARTICLES = ("sph",)  # models of an observable that is given the particles
 _COORDINATES = (*LABELS, "time", "effect", "radius_bin", "frequency", "sink", "companion", "region")
-OBSERVABLES = Door(
-    "astroinertia.observables", "observable", "astroinertia.observables.Observable", "@dataclass(frozen=True)",
-    (*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE, *_COORDINATES), traced=False,
-)  # fmt: skip
 
 
-def entry_of(made: Any, package: str = "") -> Entry:
-    """What a class says of itself as an observable; SceneError, in a sentence, where it is none.
-
-    package: name and version of the package that offers it; empty for a class that is given from Python.
-    """
-    text = OBSERVABLES.check(made, Observable, package)
-
-    def refused(what: str) -> SceneError:
-        return OBSERVABLES.refused(made, package, what)
-
+def _besides(made: Any) -> dict[str, Any]:
+    """That it is of the whole body; ValueError where a dataset cannot have what its class says."""
     if made.kind.startswith("region_"):
-        raise refused("a kind that begins with region_ is of regions")
+        raise ValueError("a kind that begins with region_ is of regions")
     if not isinstance(getattr(made, "long_name", None), str) or not made.long_name.strip():
-        raise refused("its `long_name` must say what it is")
+        raise ValueError("its `long_name` must say what it is")
     dims = made.dims
     named = isinstance(dims, tuple) and all(dim in ("effect", *SIZES) for dim in dims)
     if not named or len(set(dims)) < len(dims) or "effect" in dims[1:]:
-        raise refused(f"its `dims` must be a tuple of some of effect, {', '.join(SIZES)}, each once and effect first")
-    if not made.models or not set(made.models) <= set(ALL_MODELS):
-        raise refused(f"its `models` must be some of {', '.join(ALL_MODELS)}")
+        raise ValueError(
+            f"its `dims` must be a tuple of some of effect, {', '.join(SIZES)}, each once and effect first"
+        )
     try:
         dimension_of(made)
     except (KeyError, TypeError):
-        raise refused("its `dimension` must be a name or Dimension(mass, length, time)") from None
-    return Entry(text, made.options, "body", made.source, tuple(made.models), made=made, package=package)
+        raise ValueError("its `dimension` must be a name or Dimension(mass, length, time)") from None
+    return {"cost": "body"}
+
+
+OBSERVABLES = Door(
+    "observables", "observable", "astroinertia.observables.Observable", "observables", "observables=[...]",
+    (*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE, *_COORDINATES), _besides, traced=False,
+)  # fmt: skip
 
 
 def dimension_of(made: type[Observable]) -> Dimension:
@@ -80,37 +69,6 @@ def quantity_of(entry: Entry) -> Quantity:
     comment = f"{entry.text}; {entry.source}" if entry.source else entry.text
     unit = si_unit(dimension) if any(dimension) else plain
     return Quantity(("time", *made.dims), dimension if any(dimension) else None, unit, made.long_name, comment)
-
-
-def apart(things: Iterable[Any]) -> tuple[dict[str, Entry], list[Any]]:
-    """Of what is given from Python, the entries of observables by kind, and all that is none.
-
-    SceneError where an observable is not as it must be, or where two are of one kind.
-    """
-    observables: dict[str, Entry] = {}
-    others = []
-    for thing in things:
-        made = made_of(thing)
-        if not issubclass(made, Observable):
-            others.append(thing)
-        elif (entry := entry_of(made)) and made.kind in observables:
-            raise SceneError(f"two observables of the kind '{made.kind}' are given; give one.")
-        else:
-            observables[made.kind] = entry
-    return observables, others
-
-
-def with_observables(things: Sequence[Any], observables: Sequence[Any]) -> tuple[Any, ...]:
-    """What is given from Python with observables, or their classes, beside it; SceneError where one is none."""
-    for observable in observables:
-        entry_of(made_of(observable))
-    return (*things, *observables)
-
-
-def entries_of(kinds: Iterable[str], classes: Mapping[str, Entry]) -> dict[str, Entry]:
-    """Of the kinds that a scene lists, those that are known: given from Python, or installed."""
-    entries = {kind: classes[kind] if kind in classes else OBSERVABLES.installed(kind, entry_of) for kind in kinds}
-    return {kind: entry for kind, entry in entries.items() if entry is not None}
 
 
 def recorded(

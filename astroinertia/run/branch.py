@@ -10,7 +10,6 @@ import numpy as np
 
 from astroinertia.build.assemble import (
     BRANCH,
-    OUTSIDE,
     body_of,
     branched,
     has_snapshots,
@@ -29,6 +28,7 @@ from astroinertia.run.extend import dated, number_of, shown_time
 from astroinertia.run.loop import Listener, computing, in_si, predicted, refuse_before, run_prepared
 from astroinertia.scene.changed import branch_of
 from astroinertia.scene.dimensional import dimensional
+from astroinertia.scene.own import DOORS
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import override_value
@@ -89,7 +89,7 @@ def branch(
 
 
 def _has(archive: Archive, made: Any) -> bool:
-    return any(getattr(made, "kind", None) in archive.metadata.get(name, {}) for name in OUTSIDE)
+    return any(getattr(made, "kind", None) in archive.metadata.get(door.described, {}) for door in DOORS)
 
 
 def moment(scene: Scene, at: Any, said: str = "the time of a branch") -> float | None:

@@ -15,6 +15,7 @@ import numpy as np
 from astroinertia.errors import SceneError
 from astroinertia.scene.auto import AUTO
 from astroinertia.scene.dimensional import described
+from astroinertia.scene.own import DOORS
 from astroinertia.scene.problems import Path, Problem, place
 from astroinertia.scene.source import DEEPEST, LARGEST_FILE
 from astroinertia.scene.text import toml_text, toml_value
@@ -22,8 +23,6 @@ from astroinertia.units import shown, with_unit, written_quantity
 
 NAME = "scene"  # of one that has none: it names the file of its run
 LARGEST_INTEGER = 2**63  # from here on they are written as other numbers are
-# Tables in whose place something of the user's own may stand, and whether it stands in a list there.
-OWN = {"effects": True, "observables": True, "body": False, "equation_of_state": False}
 
 
 def text_of(tables: Any) -> tuple[str, list[Any]]:
@@ -64,8 +63,8 @@ def settings_of(settings: Any) -> list[str]:
 def _apart(tables: Mapping[Any, Any]) -> tuple[dict[Any, Any], list[Any]]:
     """The tables with all shorthands written out, and what of the user's own stood in them."""
     tables, own = {"name": NAME, **tables}, []
-    for key, listed in OWN.items():
-        value = tables.get(key)
+    for door in DOORS:
+        key, listed, value = door.table, not door.single, tables.get(door.table)
         if isinstance(value, str) and value == AUTO:
             continue
         if listed and isinstance(value, list | tuple | str):

@@ -5,7 +5,7 @@ of `Body` are what most kinds have.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -31,7 +31,7 @@ from astroinertia.scene.dimensional import (
 )
 from astroinertia.scene.fluids import Part, as_tuple
 from astroinertia.scene.places import Position, Velocity
-from astroinertia.units import ALL_MODELS, Dimension, pressure_constant_dimension
+from astroinertia.units import ALL_MODELS, Dimension, Option, pressure_constant_dimension
 
 MOST_PARTICLES = 50_000_000
 Count = Annotated[Whole, Field(ge=16, le=MOST_PARTICLES)]
@@ -92,6 +92,15 @@ def option_text(value: Any, dimension: str | Dimension, shown: Callable[[float, 
     if isinstance(value, tuple | list):
         return f"({', '.join(option_text(item, dimension, shown) for item in value)})"
     return shown(value, dimension)
+
+
+def option_lines(options: Mapping[str, Any], declared: Mapping[str, Option], shown: Shown) -> list[PlanLine]:
+    """The lines of the plan on the options of what is not of this package."""
+    return [
+        (name.replace("_", " "), option_text(value, declared[name].dimension, shown), declared[name].text)
+        for name, value in options.items()
+        if value is not None
+    ]
 
 
 def ascending(moments: np.ndarray) -> Triple:

@@ -8,20 +8,19 @@ from typing import Any
 from pydantic import ValidationError
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.effects.doors import as_written, made_of
+from astroinertia.effects.doors import Door, as_written, made_of
 from astroinertia.effects.entries import Entry
-from astroinertia.effects.own import own_entries, with_functions
+from astroinertia.effects.own import EFFECTS, with_functions
 from astroinertia.errors import SceneError
-from astroinertia.observables import own as own_observables
-from astroinertia.observables.observable import Observable
 from astroinertia.observables.own import OBSERVABLES
-from astroinertia.scene import bodies, equations_of_state, own_bodies, own_matter, schema
+from astroinertia.scene import bodies, equations_of_state, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.dimensional import described, fraction
 from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.from_python import kind_of, text_of
 from astroinertia.scene.options import effect_options, options_of
-from astroinertia.scene.own_body import OwnBody
+from astroinertia.scene.own import BODIES, MATTER, Given, by_door, door_of
+from astroinertia.scene.own_body import KEYS as OF_ANY_BODY, OwnBody
 from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import (
@@ -49,6 +48,7 @@ KINDS: dict[str, dict[str, type[Any]]] = {
     "bodies": bodies.KINDS,
     "equation_of_state": equations_of_state.KINDS,
 }
+OF_OUTSIDE: dict[str, type[Any]] = {"body": OwnBody, "bodies": OwnBody, "equation_of_state": OwnFluid}
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
 
@@ -98,10 +98,9 @@ def loads(
     kind in [body]; and observables, which are listed likewise.
     """
     effects = with_functions(effects)
-    observed, others = own_observables.apart(effects)
-    kinds, fluid, body = own_bodies.entries(others)
+    given = by_door(effects)
     tables = override(parse(text, name), overrides)
-    listed = _listing(tables, effects, kinds)
+    listed = _listing(tables, effects)
     overrides = (*overrides, *listed)
     tables = override(tables, overrides)
     overrides = (*overrides, *_units_of_files(tables, origin), *_particles_to_choose(tables))
@@ -109,7 +108,7 @@ def loads(
     if overrides:
         parse(with_overrides(text, overrides), name)  # what a run folder keeps must be readable when it is resumed
     try:
-        return _validated(tables, text, tuple(overrides), origin, kinds, fluid, body, observed)
+        return _validated(tables, text, tuple(overrides), origin, given)
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         at = where(text if numbered else "", [item for item in overrides if item not in listed], path, name)
@@ -126,64 +125,47 @@ def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
 
 def with_all_listed(scene: schema.Scene, given: Sequence[Any]) -> schema.Scene:
     """The scene; SceneError for the class of an effect, or of an observable, that is given and not listed in it."""
-    observed, others = own_observables.apart([each for each in given if isinstance(each, type)])
-    effects, _, _ = own_bodies.entries(others)
-    for thing, table, classes, listed in (
-        ("effect", "effects", effects, {**scene.effects, **scene.candidates}),
-        (OBSERVABLES.thing, "observables", observed, scene.observables),
-    ):
-        if unlisted := [kind for kind in classes if kind not in listed]:
-            raise SceneError(
-                f"the class of the {thing} '{unlisted[0]}' is given, but the scene has no [{table}.{unlisted[0]}]: "
-                "list it, or give an instance of the class, which has its options."
-            )
+    classes = by_door([each for each in given if isinstance(each, type)])
+    for door, listed in ((EFFECTS, {**scene.effects, **scene.candidates}), (OBSERVABLES, scene.observables)):
+        for kind, entry in classes[door].items():
+            if kind not in listed:
+                raise door.unnamed(entry.made)
     return scene
 
 
-def refuse_other_options(scene: schema.Scene, effect: Any) -> None:
-    """SceneError where an effect, or the class of one, that is given for a scene is not among its own, or not as there.
+def refuse_other_options(scene: schema.Scene, own: Any) -> None:
+    """SceneError where something of the user's own that is given for a scene is not among its own, or not as there.
 
-    For runs that go on: what they were given is in the text of their scenes. Likewise of matter, bodies, observables.
+    For runs that go on: what they were given is in the text of their scenes. own: an object, or its class.
     """
-    made: Any = made_of(effect)
-    chosen, thing, began = scene.equation_of_state, "effect", scene.effects.get(made.kind)
-    if chosen is not None and chosen.kind == "own" and chosen.entry.made is made:
-        thing, began = own_matter.MATTER.thing, chosen.options
-    for body in scene.bodies or (scene.body,):
-        if isinstance(body, OwnBody) and body.entry.made is made:
-            thing, began = own_bodies.BODIES.thing, body.options
-    if issubclass(made, Observable):
-        thing, began = OBSERVABLES.thing, scene.observables.get(made.kind)
+    made: Any = made_of(own)
+    thing = f"the {door_of(made).thing} '{made.kind}' is given"
+    began = next((each.options for each in scene.outside if each.entry.made is made), None)
     if began is None:
-        raise SceneError(f"the {thing} '{made.kind}' is given, but the run began without it.")
-    if isinstance(effect, type):
+        raise SceneError(f"{thing}, but the run began without it.")
+    if isinstance(own, type):
         return
-    if options_of((made.kind,), made.options, as_written(effect, scene.dimensionless), scene.dimensionless) != began:
+    if options_of((made.kind,), made.options, as_written(own, scene.dimensionless), scene.dimensionless) != began:
         was = ", ".join(f"{name} = {value}" for name, value in began.items())
-        raise SceneError(f"the {thing} '{made.kind}' is given with other options than the run began with: {was}.")
+        raise SceneError(f"{thing} with other options than the run began with: {was}.")
 
 
-def _listing(tables: dict[str, Any], things: Sequence[Any], kinds: Mapping[str, Entry]) -> list[str]:
-    """Overrides that list what is given from Python, with its options: effects of the `kinds`, observables, matter."""
+def _listing(tables: dict[str, Any], things: Sequence[Any]) -> list[str]:
+    """Overrides that list what is given from Python, with its options."""
     overrides, code = [], tables.get("units") == "code"
     for own in things:
         if isinstance(own, type):
             continue
-        kind, written = type(own).kind, as_written(own, code)
-        if isinstance(own, Observable):
-            thing, table = OBSERVABLES.thing, "observables"
-        elif kind in kinds:
-            thing, table = "effect", "candidates" if tables.get("effects") == AUTO else "effects"
-        elif own_bodies.is_body(own):
-            overrides.append(f"body={toml_value(_in_place(tables, {'kind': kind, **written}))}")
-            continue
-        else:
-            overrides.append(f"equation_of_state={toml_value({'kind': kind, **written})}")
-            continue
+        door, kind, written = door_of(own), type(own).kind, as_written(own, code)
+        table = "candidates" if door is EFFECTS and tables.get("effects") == AUTO else door.table
         listed = tables.get(table, {})
-        if isinstance(listed, dict) and kind in listed:
-            raise SceneError(f"the {thing} '{kind}' is listed in the scene and given besides; give its class alone.")
-        overrides.append(f"{table}.{kind}={toml_value(written)}")
+        if door.single:
+            written = {"kind": kind, **written, **(_stays(tables) if door is BODIES else {})}
+        elif isinstance(listed, dict) and kind in listed:
+            raise SceneError(
+                f"the {door.thing} '{kind}' is listed in the scene and given besides; give its class alone."
+            )
+        overrides.append(f"{table if door.single else f'{table}.{kind}'}={toml_value(written)}")
     return overrides
 
 
@@ -218,13 +200,13 @@ def _particles_to_choose(tables: dict[str, Any]) -> list[str]:
     return [f"body.particles={BEFORE_CHOICE}"] if made is not None and "particles" in made.model_fields else []
 
 
-def _in_place(tables: Mapping[str, Any], written: dict[str, Any]) -> dict[str, Any]:
-    """What is given from Python in place of the scene's body, of which stays what does not depend on its kind."""
+def _stays(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """What stays of a scene's body where another is given from Python: what does not depend on its kind."""
     if "bodies" in tables:
         raise SceneError("an initial body is given, but the scene has several: name its kind there, give its class.")
     body = tables.get("body", {})
-    stays = [key for key in own_bodies.KEYS if key not in ("kind", "placement", "relax", "pressure_fraction")]
-    return {**written, **{key: body[key] for key in stays if isinstance(body, dict) and key in body}}
+    stays = [key for key in OF_ANY_BODY if key not in ("kind", "placement", "relax", "pressure_fraction")]
+    return {key: body[key] for key in stays if isinstance(body, dict) and key in body}
 
 
 def _message(problem: Problem) -> str:
@@ -242,14 +224,10 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
 
 
 def _validated(
-    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, kinds: Mapping[str, Entry],
-    fluid: Entry | None, body: Entry | None, observed: Mapping[str, Entry],
-) -> schema.Scene:  # fmt: skip
-    if SWEEP in tables and (kinds or fluid or body or observed):
-        what = "effects that are built in or installed, none" if kinds else "matter that is built in or installed, not"
-        what = what if kinds or fluid else "a body that is built in or installed, not" if body else ""
-        what = what or "observables that are installed, none"
-        raise Problem((SWEEP,), f" takes {what} from Python.", table=True)
+    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Given
+) -> schema.Scene:
+    for door in (door for door, classes in given.items() if classes and SWEEP in tables):
+        raise Problem((SWEEP,), f" takes no {door.thing} from Python, but what is built in or installed.", table=True)
     if SWEEP in tables:
         raise Problem(
             (SWEEP,),
@@ -274,7 +252,7 @@ def _validated(
         raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)
     table = "candidates" if automatic else "effects"
     listed = tables.get(table, {})
-    own = own_entries(listed if isinstance(listed, dict) else (), kinds)
+    own = EFFECTS.known(listed if isinstance(listed, dict) else (), given[EFFECTS])
     entries = {**CATALOGUE, **own}
     effects = effect_options(listed, code, table, entries)
     _check_model(tables.get("model", "sph"), effects, table, entries)
@@ -283,10 +261,10 @@ def _validated(
         _check_needs(effects, table, entries)
     if "box" in tables:
         _check_box(effects, table, entries)
-    tables = {**tables, **_own_fluid(tables.get("equation_of_state"), fluid, code), **_own_bodies(tables, body, code)}
+    tables = {**tables, **_of_outside(tables, given, code)}
     context = {"code": code, "gamma_thermal": _thermal_exponent(tables.get("equation_of_state"))}
     record = {"effects": effects, "source": text, "overrides": overrides, "origin": origin, "own": own}
-    record |= _observables(tables, code, observed) | _first_of(tables)
+    record |= _observables(tables, code, given[OBSERVABLES]) | _first_of(tables)
     if not automatic:
         return _scene_of({**tables, **record}, context)
     everything = {**tables, **record, "candidates": effects, "effects": {"gravity": {}, **effects}}
@@ -299,43 +277,53 @@ def _scene_of(tables: dict[str, Any], context: dict[str, Any]) -> schema.Scene:
     try:
         scene = schema.Scene.model_validate(tables, context=context)
     except ValidationError as error:
-        kinds = {**KINDS, **{table: {**KINDS[table], "own": OwnBody} for table in ("body", "bodies")}}
+        kinds = {table: {**kinds, "own": OF_OUTSIDE[table]} for table, kinds in KINDS.items()}
         raise first_problem(error, schema.Scene, kinds) from None
     refuse_extremes(scene)
     return scene
 
 
-def _own_fluid(table: Any, own: Entry | None, code: bool) -> dict[str, OwnFluid]:
-    """An equation of state of a kind that is not built in, in place of its table; nothing where it is built in."""
-    kind = table.get("kind") if isinstance(table, dict) else None
-    matter: Any = None if own is None else own.made
-    if matter is not None and matter.kind != kind:
-        raise SceneError(
-            f"the class of the equation of state '{matter.kind}' is given, but the scene does not name that kind: give "
-            f'{matter.__name__}(...) with its options, or write kind = "{matter.kind}" in [equation_of_state].'
-        )
+def _of_outside(tables: Mapping[str, Any], given: Given, code: bool) -> dict[str, Any]:
+    """[body] or [[bodies]], and [equation_of_state], as OwnBody and OwnFluid take them where not of a built-in kind."""
+    several = isinstance(tables.get("bodies"), list)
+    found: dict[str, Any] = {}
+    for door, name in ((MATTER, MATTER.table), (BODIES, "bodies" if several else BODIES.table)):
+        items = tables[name] if name == "bodies" else [tables.get(name)]
+        made = [_of_own_kind(item, door, given[door], code) if isinstance(item, dict) else item for item in items]
+        for entry in given[door].values():
+            if not any(isinstance(item, dict) and item.get("entry") is entry for item in made):
+                raise door.unnamed(entry.made)
+        if name in tables:
+            found[name] = made if name == "bodies" else made[0]
+    return found
+
+
+def _of_own_kind(table: dict[str, Any], door: Door, given: Mapping[str, Entry], code: bool) -> dict[str, Any]:
+    """A table as OwnBody or OwnFluid takes it, or as it is where its kind is built in."""
+    kind = table.get("kind")
     if not isinstance(kind, str):
-        return {}
-    entry = own or own_matter.installed(kind)
+        return table
+    entry = door.known([kind], given).get(kind)
     if entry is None:
-        kinds = KINDS["equation_of_state"]
+        kinds = KINDS[door.table]
         if kind not in kinds:
-            raise wrong_choice(("equation_of_state", "kind"), kind, [*kinds, *own_matter.MATTER.offered()])
-        return {}
-    options = {name: value for name, value in table.items() if name != "kind"}
-    options = options_of(("equation_of_state",), entry.options, options, code)
-    fluid = OwnFluid(kind="own", name=kind, options=options, entry=entry)
+            raise wrong_choice((door.table, "kind"), kind, [*kinds, *door.offered()])
+        return table
+    of_any = OF_ANY_BODY if door is BODIES else ("kind",)
+    common = {name: value for name, value in table.items() if name in of_any}
+    others = {name: value for name, value in table.items() if name not in of_any}
+    options = options_of((door.table,), entry.options, others, code)
     try:
-        fluid.matter()
+        entry.made.from_options(options)
     except ValueError as error:
-        raise Problem(("equation_of_state",), f" {error}", table=True) from None
-    return {"equation_of_state": fluid}
+        raise Problem((door.table,), f" {error}", table=True) from None
+    return {**common, "kind": "own", "name": kind, "options": options, "entry": entry}
 
 
 def _observables(tables: dict[str, Any], code: bool, classes: Mapping[str, Entry]) -> dict[str, Any]:
     """The observables that a scene lists with all their options, and what their classes say."""
     listed, table, model = tables.get("observables", {}), "observables", tables.get("model", "sph")
-    entries = own_observables.entries_of(listed if isinstance(listed, dict) else (), classes)
+    entries = OBSERVABLES.known(listed if isinstance(listed, dict) else (), classes)
     options = effect_options(listed, code, table, entries, OBSERVABLES)
     for kind, entry in entries.items():
         if model in ALL_MODELS and model not in entry.models:
@@ -345,40 +333,6 @@ def _observables(tables: dict[str, Any], code: bool, classes: Mapping[str, Entry
         except ValueError as error:
             raise Problem((table, kind), f" {error}", table=True) from None
     return {"observables": options, "observed": entries}
-
-
-def _own_bodies(tables: Mapping[str, Any], own: Entry | None, code: bool) -> dict[str, Any]:
-    """[body] and [[bodies]], with what makes an OwnBody where their kind is not built in."""
-    several = tables.get("bodies")
-    items = several if isinstance(several, list) else [tables.get("body")]
-    made = [_own_body(item, own, code) if isinstance(item, dict) else item for item in items]
-    body: Any = None if own is None else own.made
-    if body is not None and not any(isinstance(item, dict) and item.get("entry") is own for item in made):
-        raise SceneError(
-            f"the class of the initial body '{body.kind}' is given, but the scene does not name that kind: give "
-            f'{body.__name__}(...) with its options, or write kind = "{body.kind}" in [body].'
-        )
-    return {"bodies": made} if isinstance(several, list) else {"body": made[0]} if "body" in tables else {}
-
-
-def _own_body(table: dict[str, Any], own: Entry | None, code: bool) -> dict[str, Any]:
-    """The table of a body, as OwnBody takes it where its kind is not built in."""
-    kind = table.get("kind")
-    if not isinstance(kind, str):
-        return table
-    entry = own if own is not None and own.made.kind == kind else own_bodies.installed(kind)
-    if entry is None:
-        if kind not in KINDS["body"]:
-            raise wrong_choice(("body", "kind"), kind, [*KINDS["body"], *own_bodies.BODIES.offered()])
-        return table
-    common = {name: value for name, value in table.items() if name in own_bodies.KEYS}
-    others = {name: value for name, value in table.items() if name not in own_bodies.KEYS}
-    options = options_of(("body",), entry.options, others, code)
-    try:
-        OwnBody.model_construct(options=options, entry=entry).made()
-    except ValueError as error:
-        raise Problem(("body",), f" {error}", table=True) from None
-    return {**common, "kind": "own", "name": kind, "options": options, "entry": entry}
 
 
 def _first_of(tables: dict[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import options_in_code_units
-from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown, option_text
+from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown, option_lines
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown as plain
 
 
@@ -116,9 +116,8 @@ class OwnBody(Body):
 
     def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
         """What its class says of it, where it comes from, and its options."""
-        entry, source = self.entry, f"; {self.entry.source}" if self.entry.source else ""
         lines: list[PlanLine] = [
-            ("kind", self.name.replace("_", " "), f"{entry.text}; from {entry.origin}{source}"),
+            ("kind", self.name.replace("_", " "), self.entry.described),
             ("particles", f"{self.particles}", f"placed by its class, seed {self.seed}"),
         ]
         stated = {"mass": "mass", "radius": "length"}
@@ -127,8 +126,7 @@ class OwnBody(Body):
                 lines.append((name, shown(value, dimension)))
         if unstated := [name for name in stated if getattr(self, name) is None]:
             lines.append((" and ".join(unstated), "not stated", "so no sizes of effects follow from them"))
-        return lines + [
-            (name.replace("_", " "), option_text(value, entry.options[name].dimension, shown), entry.options[name].text)
-            for name, value in self.options.items()
-            if value is not None
-        ]
+        return lines + option_lines(self.options, self.entry.options, shown)
+
+
+KEYS = tuple(name for name in OwnBody.model_fields if name not in ("name", "options", "entry"))  # of any kind

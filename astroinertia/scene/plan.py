@@ -14,7 +14,7 @@ from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.initial_body import option_text
+from astroinertia.scene.initial_body import option_lines, option_text
 from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
@@ -229,14 +229,10 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     chosen = scene.equation_of_state
     assert chosen is not None
     if chosen.kind == "own":
-        declared, origin = chosen.entry.options, f"{chosen.entry.text}; from {chosen.entry.origin}"
+        lines = option_lines(chosen.options, chosen.entry.options, lambda value, of: _shown(scene, value, of))
         return (
-            Line("kind", chosen.name.replace("_", " "), f"{origin}; {chosen.entry.source}"),
-            *(
-                Line(name.replace("_", " "), _option(scene, value, declared[name].dimension), declared[name].text)
-                for name, value in chosen.options.items()
-                if value is not None
-            ),
+            Line("kind", chosen.name.replace("_", " "), chosen.entry.described),
+            *(Line(*line) for line in lines),
         )
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
     lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]

@@ -8,7 +8,7 @@ entries of effects/catalogue.py.
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
@@ -20,7 +20,7 @@ from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
 from astroinertia.scene.dimensional import Duration, Length, Mass, Real, Whole, described, fraction
 from astroinertia.scene.equations_of_state import AnyEquationOfState
-from astroinertia.scene.fluids import Part, as_tuple
+from astroinertia.scene.fluids import OwnFluid, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
@@ -159,6 +159,18 @@ class Units(Part):
     length: Length = Field(description="unit of length")
 
 
+class Outside(NamedTuple):
+    """What of a scene is not of this package: its table there, its kind, what its class says, and its options.
+
+    Those are None of an effect that was not chosen.
+    """
+
+    table: str
+    kind: str
+    entry: Entry
+    options: dict[str, Any] | None
+
+
 class _Called(type(BaseModel)):
     """What Scene(...) does: the tables of a scene are read as those of a file are."""
 
@@ -282,15 +294,18 @@ class Scene(Part, metaclass=_Called):
     @property
     def own_classes(self) -> tuple[type, ...]:
         """The classes that were given from Python, which its text alone does not bring back."""
-        return tuple(entry.made for entry in self.outside if not entry.package)
+        return tuple(each.entry.made for each in self.outside if not each.entry.package)
 
     @property
-    def outside(self) -> tuple[Entry, ...]:
-        """What is said of its effects, matter, bodies and observables, of those that are not of this package."""
-        fluid = self.equation_of_state
-        matter = (fluid.entry,) if fluid is not None and fluid.kind == "own" else ()
-        bodies = {body.name: body.entry for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}
-        return (*self.own.values(), *matter, *bodies.values(), *self.observed.values())
+    def outside(self) -> tuple[Outside, ...]:
+        """Its effects, matter, bodies and observables, of those that are not of this package."""
+        bodies = {body.name: ("body", body) for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}
+        matter = [("equation_of_state", self.equation_of_state)] if isinstance(self.equation_of_state, OwnFluid) else []
+        return (
+            *(Outside("effects", kind, entry, self.effects.get(kind)) for kind, entry in self.own.items()),
+            *(Outside(table, own.name, own.entry, own.options) for table, own in (*matter, *bodies.values())),
+            *(Outside("observables", kind, entry, self.observables[kind]) for kind, entry in self.observed.items()),
+        )
 
     @property
     def dimensionless(self) -> bool:

@@ -242,7 +242,7 @@ def test_names_that_mean_something_else_are_refused(tmp_path) -> None:
 
     with pytest.raises(SceneError, match="'gravity' is the name of a built-in one; choose another"):
         astroinertia.run_scene(loads(SCENE), tmp_path / "run", effects=[gravity])
-    with pytest.raises(SceneError, match="two effects of the kind 'cubic' are given"):
+    with pytest.raises(SceneError, match="the effect 'cubic' is given twice"):
         astroinertia.run_scene(loads(SCENE), tmp_path / "run", effects=[cubic, functools.partial(cubic)])
     _1 = lambda state: None  # noqa: E731
     _1.__name__ = "1"
