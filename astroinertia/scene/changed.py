@@ -56,15 +56,15 @@ def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any]) -> S
                 f"--set {shown(setting)}: {shown(key)} stays as it is in a branch, whose body is that of the run; it "
                 f"may change what is in {', '.join(OF_A_BRANCH)}."
             )
-    again = [own for own in things if made_of(own) in scene.own_classes and not isinstance(own, type)]
-    for own in again:
-        if made_of(own) not in (entry.made for entry in scene.own.values()):
+    listed = []
+    for own in things:
+        if made_of(own) not in scene.own_classes or isinstance(own, type):
+            continue
+        if own.kind in scene.own:
+            table = "candidates" if own.kind in scene.candidates else "effects"
+            listed.append(f"{table}.{own.kind}={toml_value(as_written(own, scene.dimensionless))}")
+        else:
             refuse_other_options(scene, own)
-    listed = [
-        f"effects.{own.kind}={toml_value(as_written(own, scene.dimensionless))}"
-        for own in again
-        if own.kind in scene.own
-    ]
     fresh = [own for own in things if made_of(own) not in scene.own_classes]
     changed = with_settings(scene, [*settings, *listed], fresh)
     if changed.output.error_bars:

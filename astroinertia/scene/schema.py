@@ -160,15 +160,12 @@ class Units(Part):
 
 
 class Outside(NamedTuple):
-    """What of a scene is not of this package: its table there, its kind, what its class says, and its options.
-
-    Those are None of an effect that was not chosen.
-    """
+    """What of a scene is not of this package: its table there, its kind, what its class says, and its options."""
 
     table: str
     kind: str
     entry: Entry
-    options: dict[str, Any] | None
+    options: dict[str, Any]
 
 
 class _Called(type(BaseModel)):
@@ -299,10 +296,11 @@ class Scene(Part, metaclass=_Called):
     @property
     def outside(self) -> tuple[Outside, ...]:
         """Its effects, matter, bodies and observables, of those that are not of this package."""
+        listed = {**self.candidates, **self.effects}
         bodies = {body.name: ("body", body) for body in self.bodies or (self.body,) if isinstance(body, OwnBody)}
         matter = [("equation_of_state", self.equation_of_state)] if isinstance(self.equation_of_state, OwnFluid) else []
         return (
-            *(Outside("effects", kind, entry, self.effects.get(kind)) for kind, entry in self.own.items()),
+            *(Outside("effects", kind, entry, listed[kind]) for kind, entry in self.own.items()),
             *(Outside(table, own.name, own.entry, own.options) for table, own in (*matter, *bodies.values())),
             *(Outside("observables", kind, entry, self.observables[kind]) for kind, entry in self.observed.items()),
         )

@@ -318,7 +318,7 @@ def test_what_a_scene_cannot_have_of_it_is_refused_in_a_sentence(torus) -> None:
     ):
         with pytest.raises(SceneError, match=sentence):
             loads(NAMED, settings, effects=[torus])
-    with pytest.raises(SceneError, match="the class of the initial body 'torus' is given, but the scene has no .body. of kind"):
+    with pytest.raises(SceneError, match=r"initial body 'torus' is given, but the scene has no \[body\] of kind"):
         loads(OTHER, effects=[torus])
     with pytest.raises(SceneError, match="the initial body is given twice; give one"):
         loads(NAMED, effects=[torus, Slab])

@@ -11,7 +11,18 @@ import pytest
 
 import astroinertia
 from astroinertia.build.effects import effects_of
-from astroinertia.effects import REQUIRED, Dimension, Effect, Option, Output, PairTerm, not_negative, positive, pytree
+from astroinertia.effects import (
+    REQUIRED,
+    Dimension,
+    Effect,
+    Measure,
+    Option,
+    Output,
+    PairTerm,
+    not_negative,
+    positive,
+    pytree,
+)
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads, with_effects
 from astroinertia.scene.plan import code_units, plan
@@ -178,6 +189,22 @@ def test_an_effect_that_states_no_size_is_on_where_effects_are_chosen(drag) -> N
     scene = loads(text, effects=[drag(k=K)])
     assert scene.reasons["cubic_drag"].startswith("on: its size is not known")
     assert scene.effects["cubic_drag"] == {"k": K}
+
+
+def test_a_run_that_was_chosen_to_leave_an_effect_out_goes_on_and_branches(drag, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(drag, "size", Measure("k", "none", "here", lambda body, options: (0.0, 0.0)))
+    text = SCENE.replace("[effects]", "").replace("units =", 'effects = "auto"\nunits =')
+    scene = loads(text, effects=[drag(k=K)])
+    assert "cubic_drag" not in scene.effects and scene.reasons["cubic_drag"].startswith("off: k is 0")
+    with monkeypatch.context() as patch:
+        stopped_at(patch, 3)
+        with pytest.raises(RunInterrupted):
+            astroinertia.run_scene(scene, tmp_path / "run")
+    with pytest.raises(SceneError, match=r"'cubic_drag' is given with other options than the run began with: k = 0\.3"):
+        astroinertia.resume(tmp_path / "run", effects=[drag(k=0.4)])
+    branch = astroinertia.branch(tmp_path / "run", tmp_path / "branch", effects=[drag(k=0.4)])
+    assert "cubic_drag" not in astroinertia.open(branch).effect
+    assert astroinertia.open(astroinertia.resume(tmp_path / "run", effects=[drag])).time.values[-1] == END
 
 
 # Pair terms

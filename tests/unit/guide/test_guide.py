@@ -25,6 +25,7 @@ from astroinertia.guide import effects_reference, pages, scene_reference
 from astroinertia.scene import schema
 from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.load import RECORD
+from astroinertia.scene.own import DOORS
 from astroinertia.scene.own_body import OwnBody
 
 ROOT = Path(__file__).parents[3]
@@ -443,6 +444,13 @@ def test_rooms_that_tables_name_exist_and_what_turns_is_found():
     inner = {"elliptic", "ephemeris", "harmonic_fit", "on_orbits", "pulsar_table", "ripple", "secular_orbits", "spice"}
     turning = {path.stem for path in (ROOT / "astroinertia" / "rotation").glob("[a-z]*.py")} - inner
     assert {f"rotation.{name}" for name in turning} - named == set()
+
+
+def test_the_page_on_physics_of_your_own_has_every_door():
+    text = SHOWN["own-effects.md"].read_text()
+    for door in DOORS:
+        (row,) = re.findall(rf"^\| an {door.thing} \|.*$", text, re.MULTILINE)
+        assert all(f"`{part}" in row for part in (door.base, door.argument, f"astroinertia.{door.name}`", f"[{door.table}"))
 
 
 def test_headings_of_pages_do_not_skip_a_level():
