@@ -16,7 +16,6 @@ integrals). Tests: tests/unit/bodies/test_affine.py.
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -27,23 +26,6 @@ Array = Any
 _LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/step) = 1e-21
 # From where u is 1e-16 of the smallest squared semi-axis, down to 1e-24, to where u^(-3/2) is beneath round-off.
 _NODES = np.exp(_LOG_STEP * np.arange(-248, 67))
-
-
-@double_precision()
-def index_symbols(axes: Array) -> Array:
-    """Return A_1, A_2, A_3 of the homogeneous ellipsoid with semi-axes (3,): dimensionless, of sum 2.
-
-    To 2e-15 for axes from 1 to 1e12 apart, differentiable for equal axes too. Source: Carlson 1995; Chandrasekhar
-    1969, section 18. Test: tests/unit/bodies/test_affine.py::test_index_symbols.
-
-    >>> print(index_symbols(np.ones(3)), f"{index_symbols(np.array([3.0, 2.0, 1.0])).sum():.9f}")
-    [0.66666667 0.66666667 0.66666667] 2.000000000
-    """
-    scaled = jnp.asarray(axes) / jnp.max(jax.lax.stop_gradient(jnp.asarray(axes)))
-    squares = scaled**2
-    alpha, beta, gamma = symmetric_integrals(*_elementary(squares))
-    others = squares[jnp.array([1, 2, 0])], squares[jnp.array([2, 0, 1])]
-    return 2 * jnp.prod(scaled) * (gamma + beta * (others[0] + others[1]) + alpha * others[0] * others[1])
 
 
 @double_precision()
@@ -150,11 +132,6 @@ def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Arra
     product = ((u + first) * u + second) * u + third
     weight = 0.5 * _LOG_STEP * u / (product * jnp.sqrt(product))
     return jnp.sum(weight), jnp.sum(weight * u), jnp.sum(weight * u**2)
-
-
-def _elementary(values: Array) -> tuple[Array, Array, Array]:
-    x, y, z = values
-    return x + y + z, x * y + y * z + z * x, x * y * z
 
 
 def _scaled_invariants(deformation: Array) -> tuple[Array, Array, Array, Array]:

@@ -50,8 +50,8 @@ def prem_shear_quality() -> tuple[float, ...]:
     return tuple(float(row["shear_quality"]) for row in data_rows("prem.csv"))
 
 
-def elastic_prem(ocean: bool = False) -> YieldingBody:
-    """PREM with its moduli at a period of 1 s, isotropic; without the ocean its upper crust reaches up to 6371 km.
+def elastic_prem() -> YieldingBody:
+    """PREM with its moduli at a period of 1 s, isotropic; in place of the ocean its upper crust reaches up to 6371 km.
 
     Source: Dziewonski & Anderson 1981, PEPI 25, 297, table I. Checked by tests/unit/bodies/test_love_numbers.py.
 
@@ -60,7 +60,7 @@ def elastic_prem(ocean: bool = False) -> YieldingBody:
     0.2983 0.6038 0.0840
     """
     *rows, crust, water = data_rows("prem.csv")
-    rows += [crust, water] if ocean else [crust | {"outer_radius_km": water["outer_radius_km"]}]
+    rows.append(crust | {"outer_radius_km": water["outer_radius_km"]})
     radii = [1e3 * float(row["outer_radius_km"]) for row in rows]
     return seismic_body(
         radii, *([[1e3 * float(row[f"{name}{k}"]) for k in range(4)] for row in rows] for name in "aps")

@@ -293,16 +293,3 @@ def irrotational(b_over_a: float, **scale: float) -> RiemannEllipsoid:
     [1.3856 0.7621 0.947 ]
     """
     return from_vorticity_ratio(b_over_a, -2.0, **scale)
-
-
-@with_quantities()
-def sequence(vorticity_ratio: float, b_over_a=None, **scale: float) -> list[RiemannEllipsoid]:
-    """Return the ellipsoids of given f at many b/a (default: 1 to 0.1 in 40 steps); ValueError as the single ones.
-
-    Source: Chandrasekhar 1969, section 48. Test: tests/unit/bodies/test_riemann.py.
-
-    >>> print(len(sequence(0.0)))
-    40
-    """
-    ratios = np.linspace(1.0, 0.1, 40) if b_over_a is None else np.atleast_1d(np.asarray(b_over_a, dtype=float))
-    return [from_vorticity_ratio(float(b), vorticity_ratio, **scale) for b in ratios]

@@ -22,8 +22,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-import numpy as np
-
 from astroinertia.bodies import jacobi, maclaurin
 from astroinertia.bodies.ellipsoid_gravity import index_integral
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
@@ -127,19 +125,6 @@ def _without_companion(c: float) -> HomogeneousEllipsoid:
         return maclaurin.from_axis_ratio(c)
     log_b = root_between(lambda log_b: math.log(jacobi.from_axis_ratio(math.exp(log_b)).c_over_a / c), math.log(c), 0.0)
     return jacobi.from_axis_ratio(math.exp(log_b))
-
-
-@with_quantities()
-def sequence(mass_ratio: float, c_over_a=None, **scale: float) -> list[RocheEllipsoid]:
-    """Return the ellipsoids of given p = M/M' at many c/a (default: 0.98 to 0.2 in 40 steps).
-
-    ValueError as `from_axis_ratio`. Source: Chandrasekhar 1969, ch. 8. Test: tests/unit/bodies/test_roche.py.
-
-    >>> print(len(sequence(0.0)))
-    40
-    """
-    ratios = np.linspace(0.98, 0.2, 40) if c_over_a is None else np.atleast_1d(np.asarray(c_over_a, dtype=float))
-    return [from_axis_ratio(mass_ratio, float(c), **scale) for c in ratios]
 
 
 @with_quantities()

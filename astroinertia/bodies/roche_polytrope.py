@@ -17,6 +17,7 @@ tests/unit/bodies/test_roche_polytrope.py.
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -58,10 +59,15 @@ class RochePolytrope:
 
 @dataclass(frozen=True)
 class _Mesh:
-    """Radii (R,), harmonics (L, A) at A directions with their weights (A,), degrees (L,), and x, y, z of directions."""
+    """Radii (R,), harmonics (L, A) at A directions with their weights (A,), degrees (L,), and x, y, z of directions.
+
+    along and above (L,): the harmonics on the axes x and z.
+    """
 
     radius: np.ndarray
     harmonics: np.ndarray
+    along: np.ndarray
+    above: np.ndarray
     weight: np.ndarray
     degree: np.ndarray
     x: np.ndarray
@@ -76,18 +82,21 @@ def _mesh(radii: int, degrees: int) -> _Mesh:
     node, weight = np.polynomial.legendre.leggauss(_ANGLES)
     phi, phi_weight = (node + 1) * math.pi / 4, weight * math.pi / 4
     z, phi = (grid.ravel() for grid in np.meshgrid(z, phi, indexing="ij"))
-    rows, degree = [], []
-    for l_ in range(0, degrees + 1, 2):
-        for m in range(0, l_ + 1, 2):
-            norm = math.sqrt(2.0) if m else 1.0
-            rows.append(norm * sph_legendre_p(l_, m, np.arccos(z))[0] * np.cos(m * phi))
-            degree.append(l_)
+    degree, order = np.array([(l_, m) for l_ in range(0, degrees + 1, 2) for m in range(0, l_ + 1, 2)]).T
+    norm = np.where(order, math.sqrt(2.0), 1.0)
+
+    def harmonics(theta: Any, phi: Any) -> np.ndarray:
+        scale, l_, m = (part.reshape(-1, *[1] * np.ndim(theta)) for part in (norm, degree, order))
+        return scale * sph_legendre_p(l_, m, theta)[0] * np.cos(m * phi)
+
     s = np.sqrt(1 - z * z)
     return _Mesh(
         radius=np.linspace(0.0, 1.0, radii + 1)[1:],
-        harmonics=np.array(rows),
+        harmonics=harmonics(np.arccos(z), phi),
+        along=harmonics(math.pi / 2, 0.0),
+        above=harmonics(0.0, 0.0),
         weight=8 * np.outer(z_weight, phi_weight).ravel(),
-        degree=np.array(degree),
+        degree=degree,
         x=s * np.cos(phi),
         y=s * np.sin(phi),
         z=z,
@@ -106,16 +115,9 @@ def _potential_parts(mesh: _Mesh, density: np.ndarray) -> np.ndarray:
     return -4 * math.pi / (2 * degree + 1) * (inside * r[:, None] ** (-degree - 1.0) + outside * r[:, None] ** degree)
 
 
-def _at(mesh: _Mesh, parts: np.ndarray, radius: float, theta: float) -> float:
-    """Phi at a point of the plane y = 0."""
-    value = 0.0
-    k = 0
-    for l_ in range(0, int(mesh.degree.max()) + 1, 2):
-        for m in range(0, l_ + 1, 2):
-            norm = math.sqrt(2.0) if m else 1.0
-            value += np.interp(radius, mesh.radius, parts[:, k]) * norm * float(sph_legendre_p(l_, m, theta)[0])
-            k += 1
-    return float(value)
+def _at(mesh: _Mesh, parts: np.ndarray, radius: float, harmonics: np.ndarray) -> float:
+    """Phi at a radius in the direction of these harmonics."""
+    return float(np.array([np.interp(radius, mesh.radius, part) for part in parts.T]) @ harmonics)
 
 
 @with_quantities()
@@ -147,7 +149,7 @@ def roche_polytrope(index: float, c_over_a: float, radii: int = _RADII, degrees:
     before = math.inf
     for _ in range(_MOST_ITERATIONS):
         parts = _potential_parts(mesh, density)
-        at_a, at_c = _at(mesh, parts, a, math.pi / 2), _at(mesh, parts, c * a, 0.0)
+        at_a, at_c = _at(mesh, parts, a, mesh.along), _at(mesh, parts, c * a, mesh.above)
         mu = (at_a - at_c) / (1.5 * a**2 + 0.5 * (c * a) ** 2)
         enthalpy = at_a - 1.5 * mu * a**2 - parts @ mesh.harmonics - mu * tide_shape
         # Beyond the end of the axis the tide wins again: only what hangs together with the centre is the body.

@@ -146,7 +146,7 @@ def _spins(panel, points: int) -> None:
     for ratios, dashes in ((np.linspace(1, pear, points), "-"), (np.linspace(pear, 0.12, points), (0, (4, 1.5)))):
         panel.plot(*_spin([jacobi.from_axis_ratio(float(b)) for b in ratios]), color=JACOBI, linestyle=dashes)
     for colour, f in ((IRROTATIONAL, -2.0), (DEDEKIND, math.inf)):
-        panel.plot(*_spin(riemann.sequence(f, np.linspace(1, 0.12, points))), color=colour)
+        panel.plot(*_spin([riemann.from_vorticity_ratio(b, f) for b in np.linspace(1, 0.12, points)]), color=colour)
     named = {
         "Maclaurin": (MACLAURIN, 0.145, 0.17), "Jacobi": (JACOBI, 0.44, 0.285), "Dedekind": (DEDEKIND, 0.32, -0.002),
         "irrotational": (IRROTATIONAL, 0.33, 0.135),

@@ -61,22 +61,13 @@ def coupled_history(
     return TwoComponents(mean + superfluid_share * lag, mean - crust_share * lag)
 
 
-@with_quantities()
-def healing_parameter(superfluid_share: Array) -> Array:
-    """Q = I_s/I: the part of a jump of the crust alone that decays again, as the superfluid catches up.
-
-    >>> print(healing_parameter(0.01))
-    0.01
-    """
-    return np.asarray(superfluid_share, dtype=float)
-
-
 @with_quantities(jump="rad/s", lasting_rate="rad/s2")
 def recovery(times: Array, jump: Array, healing: Array, relaxation_time: Array, lasting_rate: Array = 0.0) -> Array:
     """Delta Omega(t) after a glitch: jump (1 - Q + Q exp(-t/tau)) plus a lasting change of the derivative times t.
 
-    Of several glitches, times (T,) go with jumps and the others of the shape (N, 1), to (N, T). ValueError unless tau
-    is above 0. Source: Lyne, Shemar & Graham-Smith 2000, MNRAS 315, 534.
+    Q, the healing, is I_s/I where the crust alone has jumped and the superfluid catches up. Of several glitches, times
+    (T,) go with jumps and the others of the shape (N, 1), to (N, T). ValueError unless tau is above 0. Source: Lyne,
+    Shemar & Graham-Smith 2000, MNRAS 315, 534.
 
     >>> print(recovery(np.array([0.0, 1e9]), 1e-6, 0.2, 1e6).round(9))  # a fifth heals
     [1.e-06 8.e-07]

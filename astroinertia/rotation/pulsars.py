@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 import numpy as np
+from scipy.special import exprel, inv_boxcox
 
 from astroinertia.process.positive import positive_period
 from astroinertia.process.quantities import with_quantities
@@ -160,7 +161,7 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
     """
     period = positive_period(period)
     spread = np.log(period / positive_period(period_at_birth, "period_at_birth"))
-    return period / period_derivative * spread * _relative_expm1(-(np.asarray(braking_index) - 1) * spread)
+    return period / period_derivative * spread * exprel(-(np.asarray(braking_index) - 1) * spread)
 
 
 @with_quantities()
@@ -187,10 +188,8 @@ def period_history(time: Array, period: Array, period_derivative: Array, braking
     """
     period, index = positive_period(period), np.asarray(braking_index, dtype=float)
     change = np.asarray(time, dtype=float) * period_derivative / period
-    base = (index - 1) * change
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        inside = np.where(base > -1, base, math.nan)
-        return period * np.exp(change * _relative_log1p(inside))
+    known = (index - 1) * change > -1
+    return period * np.where(known, inv_boxcox(np.where(known, change, 0.0), index - 1), math.nan)
 
 
 @with_quantities()
@@ -253,17 +252,3 @@ def braking_index_between(
     first = np.asarray(frequency, dtype=float) / first_derivative
     second = np.asarray(later_frequency, dtype=float) / later_first_derivative
     return 1 + (first - second) / np.asarray(time, dtype=float)
-
-
-def _relative_expm1(x: Array) -> Array:
-    # (e^x - 1)/x, 1 at x = 0
-    x = np.asarray(x, dtype=float)
-    safe = np.where(np.abs(x) > 1e-8, x, 1.0)
-    return np.where(np.abs(x) > 1e-8, np.expm1(safe) / safe, 1 + x / 2)
-
-
-def _relative_log1p(x: Array) -> Array:
-    # ln(1 + x)/x, 1 at x = 0
-    x = np.asarray(x, dtype=float)
-    safe = np.where(np.abs(x) > 1e-8, x, 1.0)
-    return np.where(np.abs(x) > 1e-8, np.log1p(safe) / safe, 1 - x / 2)

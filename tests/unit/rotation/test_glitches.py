@@ -16,7 +16,7 @@ def test_two_components_share_their_angular_momentum():
     np.testing.assert_allclose(crust - superfluid, 1e-3 * np.exp(-times / TAU), rtol=1e-9, atol=1e-12)
     # A jump of the crust alone heals by Q = I_s/I.
     jump = crust - 70.0
-    assert jump[-1] / jump[0] == pytest.approx(1 - glitches.healing_parameter(SHARE), rel=1e-4)
+    assert jump[-1] / jump[0] == pytest.approx(1 - SHARE, rel=1e-4)
     np.testing.assert_allclose(jump, glitches.recovery(times, 1e-3, SHARE, TAU), rtol=1e-9, atol=1e-14)
 
 
