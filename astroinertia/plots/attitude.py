@@ -137,13 +137,11 @@ def _rates(axes, dataset: xr.Dataset, rotation: Motion) -> None:
         how = {"marker": ".", "markersize": 2.5, "linestyle": ""} if dots else {"linewidth": 1.4}
         style.curve(axes, times, rotation.rates[:, k] / scale, color=AXES[k], label=f"axis {k + 1}, {names[k]}", **how)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.16 * (high - low))
     axes.set_ylabel(style.label(r"$\omega_k$", unit))
     axes.set_title("Angular velocity along the body's principal axes" + ("; outputs are far apart" if dots else ""))
     handles, texts = axes.get_legend_handles_labels()
     order = np.argsort(texts)
-    axes.legend([handles[k] for k in order], [texts[k] for k in order], ncols=3, loc="upper left", columnspacing=1.2)
+    style.legend(axes, [handles[k] for k in order], [texts[k] for k in order], loc="upper left", columnspacing=1.2)
 
 
 def _pole(axes, times: np.ndarray, rotation: Motion, main: int, others: np.ndarray, names: list[str]) -> None:
@@ -153,11 +151,9 @@ def _pole(axes, times: np.ndarray, rotation: Motion, main: int, others: np.ndarr
     for k, angle in zip(others, angles.T, strict=True):
         style.curve(axes, times, angle / unit, color=AXES[k], linewidth=1.4, label=f"axis {k + 1}, {names[k]}")
     axes.axhline(0, color=style.GREY, linewidth=0.8)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.16 * (high - low))
     axes.set_ylabel(rf"$\omega_k/\omega_{main + 1}$ ({name})")
     axes.set_title(f"Wobble: the pole of rotation in the body, from axis {main + 1}")
-    axes.legend(ncols=2, loc="upper left")
+    style.legend(axes, loc="upper left")
 
 
 def reference_direction(dataset: xr.Dataset) -> tuple[np.ndarray, str]:

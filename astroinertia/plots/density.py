@@ -91,7 +91,7 @@ def name_view(axes: Any, text: str, height: float = 0.96) -> Any:
     return axes.annotate(
         text, (0.035, height), xycoords="axes fraction", va="top" if height > 0.5 else "bottom", color="white",
         fontsize=9, zorder=5,
-        bbox={"facecolor": "black", "alpha": 0.55, "edgecolor": "none", "pad": 3},
+        bbox={"facecolor": "black", "alpha": 0.75, "edgecolor": "none", "pad": 3},
     )  # fmt: skip
 
 

@@ -85,11 +85,7 @@ def _legend(axes, evolved: bool) -> None:
         handles.append(Line2D([], [], color=style.GREY, linewidth=1.5))
         handles.append(Line2D([], [], color=style.GREY, linewidth=5, alpha=0.4))
         names += ["evolved", "direct"]
-    low, high = axes.get_ylim()
-    where = "best" if low == 0 else "lower left"
-    axes.legend(handles, names, ncols=5, loc=where, columnspacing=1.4, handlelength=3.0)
-    if low != 0:  # room for it below the curves
-        axes.set_ylim(low / 2.2 if axes.get_yscale() == "log" else low - 0.12 * (high - low), high)
+    style.legend(axes, handles, names, handlelength=3.0)
 
 
 def _rate(axes, dataset: xr.Dataset) -> None:

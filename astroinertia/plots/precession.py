@@ -175,7 +175,7 @@ def _parts(axes, dataset: xr.Dataset) -> None:
     axes.set_title("What turns it: arc seconds a century")
 
     def value_text(value: float) -> str:
-        return f"{value / _ARCSECOND * _CENTURY:,.3f}".replace(",", " ")
+        return f"{value / _ARCSECOND * _CENTURY:,.3f}".replace(",", " ").replace("-", "\N{MINUS SIGN}")
 
     rows = [
         (f"torque of the {part}" if part in ("Sun", "Moon", "planets") else "all together, integrated",
@@ -194,7 +194,9 @@ def _parts(axes, dataset: xr.Dataset) -> None:
         axes.text(
             1.0, y, value_text(value), transform=axes.transAxes, fontsize=9, fontweight=weight, va="center", ha="right"
         )
+    difference = float(dataset["difference"])
+    sign = "\N{MINUS SIGN}" if difference < 0 else "+"
     axes.text(
-        0.0, 0.94 - 0.085 * len(rows), f"corrected over published: 1 {float(dataset['difference']):+.1e}",
+        0.0, 0.94 - 0.085 * len(rows), f"corrected over published: 1 {sign} {style.number(abs(difference), 2)}",
         transform=axes.transAxes, fontsize=9, color=style.GREY, va="center",
     )  # fmt: skip

@@ -52,7 +52,7 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
         left.set_ylim(0, 1.08 * np.nanmax(lengths) / scale)
     left.set_ylabel(style.label("semi-axis", unit))
     left.set_title("Semi-axes of the equivalent ellipsoid")
-    left.legend(loc="best")
+    style.legend(left)
     for k, name, colour in ((1, "b/a", style.ORANGE), (2, "c/a", style.BLUE)):
         ratio = lengths[:, k] / lengths[:, 0]
         right.plot(times, ratio, color=colour, linestyle=style.DASHES[k], label=f"${name}$")
@@ -69,7 +69,7 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
         )  # fmt: skip
     right.set_ylabel("ratio of semi-axes")
     right.set_title("Axis ratios")
-    right.legend(loc="best")
+    style.legend(right)
     for axes in (left, right):
         style.mark_compression(axes, dataset, factor, named=axes is left)
 

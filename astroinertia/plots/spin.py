@@ -71,7 +71,7 @@ def _spin(axes, dataset: xr.Dataset) -> None:
         axes.set_ylim(*sorted((0.99 * middle, 1.01 * middle)))
     axes.set_ylabel(style.label(r"spin $\omega$", unit))
     axes.set_title("Mean spin, and what its start value and a scaling law predict" if laws else "Mean spin")
-    axes.legend(loc="best")
+    style.legend(axes)
     style.mark_compression(axes, dataset, factor, named=True)
     if axes.get_yscale() != "log":
         return  # on a linear axis periods would bunch up
@@ -104,7 +104,7 @@ def _ratios(axes, dataset: xr.Dataset) -> None:
         axes.set_ylim(min(low, 0.99), max(high, 1.01))
     axes.set_ylabel(r"$\omega$ / predicted")
     axes.set_title("Spin over prediction: 1 where the law holds")
-    axes.legend(loc="best", ncols=2)
+    style.legend(axes, room=0.22)
     style.mark_compression(axes, dataset, factor)
 
 
@@ -118,7 +118,6 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
     if differential(shells, mean):
         axes.plot(times, shells / scale, color=style.VERMILLION, label="shell by shell")
         axes.plot(times, mean / scale, color=style.BLUE, label="of the mean angular velocity")
-        axes.legend(loc="best")
     else:
         axes.plot(times, mean / scale, color=style.BLUE)
     shade(axes, times, [(mean / scale, error, style.BLUE)])
@@ -132,5 +131,7 @@ def _rotational_energy(axes, dataset: xr.Dataset) -> None:
                 f"{name} ({level:.2g})", (0, level), xycoords=("axes fraction", "data"), xytext=(4, 2 if above else -2),
                 textcoords="offset points", fontsize=8, color=style.PURPLE, va="bottom" if above else "top",
             )  # fmt: skip
+    if axes.get_legend_handles_labels()[0]:
+        style.legend(axes, room=0.2)
     axes.set_ylabel(style.label("$T/|W|$", unit))
     style.mark_compression(axes, dataset, factor)

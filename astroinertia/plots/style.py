@@ -229,6 +229,8 @@ def mark_compression(axes: Any, dataset: xr.Dataset, factor: float, named: bool 
             textcoords="offset points", fontsize=8, color=GREY, va="top", ha="right" if late else "left",
             bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1}, zorder=1,
         )  # fmt: skip
+        if axes.get_legend():
+            axes.get_legend().borderaxespad = 1.6  # below that name
 
 
 def time_axis(axes: Any, dataset: xr.Dataset, last: bool = True) -> None:
@@ -295,6 +297,14 @@ def curve(axes: Any, times: np.ndarray, values: Any, **look: Any) -> None:
     look = {name: value for name, value in look.items() if name in ("color", "label", "zorder")}
     band = axes.fill_between(middles, low, high, alpha=0.5, linewidth=edge, **look)
     band.set_edgecolor(look["color"])
+
+
+def legend(axes: Any, *named: Any, room: float = 0.16, **look: Any) -> None:
+    """A legend in one row, and room for it above all curves, a share of the panel: those that swing leave no other."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** room if axes.get_yscale() == "log" else high + room * (high - low))
+    entries = named[0] if named else axes.get_legend_handles_labels()[0]
+    axes.legend(*named, **{"loc": "best", "ncols": len(entries), "columnspacing": 1.4} | look)
 
 
 def relative_sizes(

@@ -116,9 +116,8 @@ def _rates(panel, top: FreeTop) -> None:
     for rank, k in enumerate(np.argsort(top.moments, kind="stable")):
         panel.plot(times, rates[:, k], color=AXES[rank], label=f"axis {rank + 1}, $I$ = {top.moments[k]:.4g}")
     panel.axhline(0, color=style.GREY, linewidth=0.8)
-    low, high = panel.get_ylim()
-    panel.set(xlim=(times[0], times[-1]), ylim=(low, high + 0.2 * (high - low)), xlabel="time", ylabel="rad per time")
-    panel.legend(loc="upper left", ncols=3, columnspacing=0.9, handlelength=1.2)
+    panel.set(xlim=(times[0], times[-1]), xlabel="time", ylabel="rad per time")
+    style.legend(panel, room=0.2, loc="upper left", columnspacing=0.9, handlelength=1.2)
     motion_text = {"steady": "steady", "separatrix": "separatrix"}.get(top.motion)
     panel.set_title(f"Rates in the body: {motion_text or f'period {once:.6g}'}")
 

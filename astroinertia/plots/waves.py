@@ -94,7 +94,7 @@ def _spectrum(axes: Any, dataset: xr.Dataset) -> None:
     style.plain_log(axes.xaxis, *axes.get_xlim())
     style.plain_log(axes.yaxis, *axes.get_ylim())
     axes.set_xlabel(style.label("frequency", hertz))
-    axes.set_ylabel(style.label(r"$h_{char} \times$ distance", unit))
+    axes.set_ylabel(style.label(r"$h_{\mathrm{char}} \times$ distance", unit))
     axes.set_title("Characteristic strain of the whole run")
     energy = float(dataset["gw_energy"][-1])
     axes.annotate(

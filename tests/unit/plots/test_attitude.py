@@ -144,3 +144,8 @@ def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, mo
     assert ("ledger closure" in summary) == (name != "scaling")
     assert "viscosity" not in summary
     assert ("; dL: " in summary) == ("largest dL" in summary)  # what a heading means stands below it, and nothing else
+
+
+@pytest.mark.parametrize("name", ["inertia", "spin", "shape", "attitude"])
+def test_legends_lie_beside_curves_that_fill_their_panels(name):
+    assert_legible(pictures.FIGURES[name](free_top(moments=(0.1, 0.2, 0.28), spin=(0.01, 1.0, 0.01), end=200.0)))

@@ -58,7 +58,7 @@ def texts(figure):
 
 
 def assert_legible(figure):
-    """No text leaves the page or lies on another."""
+    """No text leaves the page or lies on another, and no legend lies on a line."""
     page = figure.bbox
     placed = texts(figure)
     for name, box in placed:
@@ -71,6 +71,13 @@ def assert_legible(figure):
             across = min(box.x1, lies.x1) - max(box.x0, lies.x0)
             upward = min(box.y1, lies.y1) - max(box.y0, lies.y0)
             assert across < 2 or upward < 2, f"{name!r} lies on {other!r}"
+    for panel in figure.axes:
+        legend = panel.get_legend()
+        curves = [line for line in panel.lines if len(line.get_xdata()) > 2]  # not those that mark a time
+        for line in curves if legend else ():
+            path = line.get_path().transformed(line.get_transform()).cleaned(remove_nans=True)
+            hidden = path.intersects_bbox(legend.get_window_extent(), filled=False)
+            assert not hidden, f"the legend of {panel.get_title(loc='left')!r} lies on {line.get_label()!r}"
 
 
 @pytest.mark.parametrize(
