@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import elliprd, elliprf
 
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 _LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/step) = 1e-21
 _LOG_TAIL = 38.0  # ln u below the smallest squared axis at which exp(ln u) is beneath round-off
@@ -65,6 +66,7 @@ def potential(axes, points, density: float = 1.0, gravitational_constant: float 
     -0.500000
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
+    require_components(points=points)
     squares = axes**2 + _confocal(axes, points)[..., None]
     whole = 2 * np.prod(axes) * elliprf(*np.moveaxis(squares, -1, 0))
     symbols = _shifted_symbols(axes, squares)
@@ -81,6 +83,7 @@ def acceleration(axes, points, density: float = 1.0, gravitational_constant: flo
     -0.25
     """
     axes, points = _checked(axes), np.asarray(points, dtype=float)
+    require_components(points=points)
     squares = axes**2 + _confocal(axes, points)[..., None]
     return -2 * math.pi * gravitational_constant * density * _shifted_symbols(axes, squares) * points
 
@@ -109,8 +112,10 @@ def potential_energy_tensor(axes, mass: float = 1.0, gravitational_constant: flo
     [-0.2 -0.2 -0.2]
     """
     axes = _checked(axes)
-    factor = -0.3 * gravitational_constant * mass**2 / np.prod(axes)
-    return factor * index_symbols(axes) * axes**2
+    scale = axes.max()
+    shape = axes / scale
+    factor = -0.3 * gravitational_constant * mass**2 / (np.prod(shape) * scale)
+    return factor * index_symbols(shape) * shape**2
 
 
 def _checked(axes) -> np.ndarray:

@@ -62,6 +62,8 @@ def unbalance_of_measurements(unbalance: Array, planes: Array) -> tuple[Array, A
     """
     xp = namespace(unbalance, planes)
     unbalance, planes = xp.asarray(unbalance), xp.asarray(planes)
+    if unbalance.shape != (*planes.shape, 2):
+        raise ValueError(f"each of the planes {planes.shape} needs a vector of two components, not {unbalance.shape}")
     return unbalance.sum(0), planes @ unbalance
 
 

@@ -7,6 +7,7 @@ from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 Array = Any
 
@@ -36,6 +37,7 @@ class Body:
     @with_quantities(point="m")
     def about(self, point: Array) -> Array:
         """Inertia tensor about a point (..., 3), by the parallel-axis theorem: (..., 3, 3)."""
+        require_components(point=point)
         point = namespace(self.centre, point).asarray(point)
         return about_point(self.inertia, self.mass, self.centre - point)
 
@@ -51,6 +53,7 @@ class Body:
     @with_quantities(by="m")
     def translated(self, by: Array) -> "Body":
         """The body moved by a vector (..., 3)."""
+        require_components(by=by)
         return Body(self.mass, self.centre + namespace(self.centre, by).asarray(by), self.inertia)
 
     @with_quantities(about="m")
@@ -67,6 +70,7 @@ class Body:
         inertia = rotated(self.inertia, matrix)
         if about is None:
             return Body(self.mass, self.centre, inertia)
+        require_components(about=about)
         about = xp.asarray(about)
         return Body(self.mass, about + (matrix @ (self.centre - about)[..., None])[..., 0], inertia)
 

@@ -26,6 +26,7 @@ from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import centre_of_mass, namespace, require_plausible
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 Array = Any
 
@@ -194,6 +195,7 @@ def particle_field(
     if mass.ndim != 1 or position.shape != (len(mass), 3) or mass.sum() == 0:
         raise ValueError("particles need masses (N,), which do not add up to 0, and positions (N, 3)")
     centre = centre_of_mass(mass, position) if origin is None else np.asarray(origin, dtype=float)
+    require_components(origin=centre)
     moments = _moments(mass, (position - centre)[None] / radius, degree)
     return GravityField(float(mass.sum()), float(radius), _coefficients(moments / mass.sum()))
 
@@ -216,7 +218,9 @@ def mesh_field(
     """
     _check(degree, radius)
     body = mesh_body(vertices, faces, mass=mass, density=density)
-    corners = (np.asarray(vertices, dtype=float) - (body.centre if origin is None else np.asarray(origin))) / radius
+    centre = body.centre if origin is None else np.asarray(origin, dtype=float)
+    require_components(origin=centre)
+    corners = (np.asarray(vertices, dtype=float) - centre) / radius
     a, b, c = (corners[np.asarray(faces)[:, k]] for k in range(3))
     volumes = (a * np.cross(b, c)).sum(-1)  # six of them
     moments = _moments(volumes, np.stack([a, b, c]), degree) / (np.arange(degree + 1) + 3)[:, None]

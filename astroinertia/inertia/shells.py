@@ -90,8 +90,9 @@ def frustum_shell(mass: Array, base_radius: Array, top_radius: Array, height: Ar
     7.5000
     """
     xp, (mass, r, t, height) = checked(
-        mass, ("top_radius",), base_radius=base_radius, top_radius=top_radius, height=height
+        mass, ("base_radius", "top_radius"), base_radius=base_radius, top_radius=top_radius, height=height
     )
+    refuse((r == 0) & (t == 0), "one of the radii of a frustum must be above 0")
     across = (r**2 + t**2) / 4
     top = t / (r + t)  # without fourth powers of the sizes, which may overflow or vanish
     return body_of(xp, mass, across, across, height**2 * (1 + 2 * top * (1 - top)) / 18)

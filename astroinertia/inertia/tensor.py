@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -310,6 +311,7 @@ def moment_about(inertia: Array, axis: Array) -> Array:
     >>> print(moment_about(np.diag([1.0, 2.0, 3.0]), np.array([1.0, 1.0, 0.0])))  # n.I.n, for any length of n
     1.5
     """
+    require_components(axis=axis)
     xp = namespace(inertia, axis)
     size = abs(axis).max(-1, keepdims=True)  # whose square may overflow
     if is_known(size) and (size == 0).any():
@@ -401,6 +403,7 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     >>> print(equivalent_semi_axes(5.0, np.array([5.0, 10.0, 13.0])))  # of the ellipsoid with axes 3, 2 and 1
     [3. 2. 1.]
     """
+    require_components(moments=moments)
     xp = namespace(mass, moments)
     moments = xp.asarray(moments)
     squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]

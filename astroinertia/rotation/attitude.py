@@ -15,6 +15,7 @@ import numpy as np
 from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 Array = Any
 
@@ -135,6 +136,7 @@ def quaternion_product(left: Array, right: Array) -> Array:
     >>> print(quaternion_product(np.array([0.0, 1, 0, 0]), np.array([0.0, 0, 1, 0])))  # i j = k
     [0. 0. 0. 1.]
     """
+    require_components(4, left=left, right=right)
     xp = namespace(left, right)
     left, right = xp.broadcast_arrays(xp.asarray(left), xp.asarray(right))
     w, v, s, u = left[..., :1], left[..., 1:], right[..., :1], right[..., 1:]

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 from astroinertia.rotation.precession import require_ellipse
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
@@ -65,6 +66,7 @@ def dragged_gyroscope(
     >>> print(f"{np.degrees(turning[2]) * np.cos(np.radians(16.84)) * 3600e3 * 3.15576e7:.1f}")  # mas, Gravity Probe B
     39.1
     """
+    require_components(angular_momentum=angular_momentum, orbit_normal=orbit_normal)
     momentum, normal = np.asarray(angular_momentum, dtype=float), np.asarray(orbit_normal, dtype=float)
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     if not np.all(size > 0):

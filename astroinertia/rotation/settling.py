@@ -25,6 +25,7 @@ import numpy as np
 
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import require_components
 
 Array = Any
 
@@ -43,7 +44,7 @@ def energy_to_lose(moments: Array, angular_velocity: Array) -> np.ndarray:
     >>> print(energy_to_lose(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L = 4: 8 J, of which 2 stay
     6.0
     """
-    sizes, rates = _checked(moments), np.asarray(angular_velocity, dtype=float)
+    sizes, rates = _checked(moments, angular_velocity)
     largest = sizes.max(-1, keepdims=True)
     return 0.5 * (sizes * rates**2 * ((largest - sizes) / largest)).sum(-1)
 
@@ -58,7 +59,7 @@ def energy_above_separatrix(moments: Array, angular_velocity: Array) -> np.ndarr
     >>> print(energy_above_separatrix(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # 8 - L^2 / (2 I_2)
     4.0
     """
-    sizes, rates = _checked(moments), np.asarray(angular_velocity, dtype=float)
+    sizes, rates = _checked(moments, angular_velocity)
     middle = np.sort(sizes, axis=-1)[..., 1:2]
     return 0.5 * (sizes * rates**2 * ((middle - sizes) / middle)).sum(-1)
 
@@ -72,9 +73,8 @@ def settled_rate(moments: Array, angular_velocity: Array) -> np.ndarray:
     >>> print(settled_rate(np.array([1.0, 2.0, 4.0]), np.array([4.0, 0.0, 0.0])))  # L / I_3
     1.0
     """
-    sizes = _checked(moments)
-    momentum = sizes * np.asarray(angular_velocity, dtype=float)
-    return np.linalg.norm(momentum, axis=-1) / sizes.max(-1)
+    sizes, rates = _checked(moments, angular_velocity)
+    return np.linalg.norm(sizes * rates, axis=-1) / sizes.max(-1)
 
 
 @with_quantities(rate="rad/s")
@@ -163,8 +163,9 @@ def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> 
     return np.where(above > 0.0, taken, 0.0)[()]
 
 
-def _checked(moments: Array) -> np.ndarray:
-    sizes = np.asarray(moments, dtype=float)
+def _checked(moments: Array, angular_velocity: Array) -> tuple[np.ndarray, np.ndarray]:
+    sizes, rates = np.asarray(moments, dtype=float), np.asarray(angular_velocity, dtype=float)
     if sizes.shape[-1:] != (3,) or not (np.isfinite(sizes).all() and (sizes >= 0).all() and (sizes.max(-1) > 0).all()):
         raise ValueError("settling needs three finite moments, none negative and not all 0")
-    return sizes
+    require_components(angular_velocity=rates)
+    return sizes, rates

@@ -106,6 +106,22 @@ def test_potential_is_continuous_on_the_surface_and_that_of_a_sphere():
     np.testing.assert_allclose(ball, [-2 / 3 * math.pi * (3 - 0.25), -4 / 15 * math.pi], rtol=1e-15)
 
 
+@pytest.mark.parametrize("size", [1e-160, 1e120])  # whose squares or cubes are no numbers
+def test_energy_of_axes_in_any_unit(size):
+    axes = np.array([3.0, 2.0, 1.0])
+    np.testing.assert_allclose(
+        ellipsoid_gravity.potential_energy_tensor(size * axes),
+        ellipsoid_gravity.potential_energy_tensor(axes) / size,
+        rtol=1e-15,
+    )
+    assert ellipsoid_gravity.gravitational_energy(size * axes) == pytest.approx(
+        ellipsoid_gravity.gravitational_energy(axes) / size, rel=1e-15
+    )
+    np.testing.assert_allclose(
+        ellipsoid_gravity.index_symbols(size * axes), ellipsoid_gravity.index_symbols(axes), rtol=1e-15
+    )
+
+
 def test_energy_is_the_trace_of_its_tensor_and_that_of_a_sphere():
     axes = [1.5, 1.1, 0.6]
     tensor = ellipsoid_gravity.potential_energy_tensor(axes, mass=2.0, gravitational_constant=0.5)

@@ -81,6 +81,11 @@ def test_bearing_forces_are_the_forces_that_keep_the_wheel_on_its_axis():
     assert np.linalg.norm(forces) > 1.0
 
 
+def test_measurements_are_vectors_one_a_plane():
+    with pytest.raises(ValueError, match=r"each of the planes \(2,\) needs a vector of two components, not \(2,\)"):
+        balancing.unbalance_of_measurements([0.01, 0.02], [-0.1, 0.1])
+
+
 def test_only_the_products_with_the_axis_count():
     body = Body(np.asarray(3.0), np.zeros(3), np.array([[2.0, 0.7, 0.0], [0.7, 1.5, 0.0], [0.0, 0.0, 3.0]]))
     for vector in balancing.unbalance_of_body(body):

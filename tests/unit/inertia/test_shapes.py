@@ -342,6 +342,7 @@ def test_batches_and_precision(name):
         (lambda: shapes.regular_polygon_plate(1.0, 1.0, 2), "at least 3 corners, not 2"),
         (lambda: shapes.regular_polygon_plate(1.0, 1.0, np.inf), "whole number of at least 3 corners, not inf"),
         (lambda: shapes.frustum(1.0, 0.0, 0.0, 1.0), "one of the radii of a frustum"),
+        (lambda: shapes.frustum_shell(1.0, 0.0, 0.0, 1.0), "one of the radii of a frustum"),
     ],
 )
 def test_impossible_sizes_are_refused_with_a_sentence(call, sentence):
@@ -373,3 +374,5 @@ def test_a_cone_may_stand_on_its_tip():
     np.testing.assert_allclose(
         shapes.frustum(2.0, 0.0, 3.0, 4.0).inertia, shapes.cone(2.0, 3.0, 4.0).inertia, rtol=1e-15
     )
+    tip_down, tip_up = shapes.frustum_shell(2.0, 0.0, 3.0, 4.0), shapes.cone_shell(2.0, 3.0, 4.0)
+    np.testing.assert_allclose(tip_down.inertia, tip_up.inertia, rtol=1e-15)

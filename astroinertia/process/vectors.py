@@ -1,0 +1,18 @@
+"""Vectors that have all of their components: a number in place of one would be taken for each of them.
+
+Test: tests/unit/process/test_vectors.py.
+"""
+
+from typing import Any
+
+import numpy as np
+
+
+def require_components(count: int = 3, **named: Any) -> None:
+    """ValueError names the first argument whose last dimension is not of so many components.
+
+    >>> require_components(axis=[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    """
+    for name, value in named.items():
+        if (shape := np.shape(value))[-1:] != (count,):
+            raise ValueError(f"{name} must have shape (..., {count}), not {shape}")
