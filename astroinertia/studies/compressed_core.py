@@ -49,14 +49,15 @@ def compressed_core(
 
     ratio_row: which ratio, in the order of `moment_ratio_rows`. The materials are taken with other reference densities,
     and follow from the densities of uniform layers unless given (core_model_error.matter_as_dense);
-    core_density and mantle_density are means. Errors of ratio, assumed density and crust are carried to first order.
+    core_density and mantle_density are means. Errors of ratio, assumed density, radius and crust are carried to first
+    order.
     SceneError for a body for which nothing is assumed, NumericalError where no such body is found.
     """
     layers = assumed_layers(one)
     if layers is None:
         raise SceneError(f"nothing is assumed for the layers of {one.name}")
     name, density, crust = layers
-    numbers = [one.moment_ratio_row(ratio_row), density, *(crust or ())]
+    numbers = [one.moment_ratio_row(ratio_row), density, one.adopted("mean_radius"), *(crust or ())]
     data = np.array([number.value for number in numbers])
     spread = np.nan_to_num([number.uncertainty for number in numbers])
     uniform = core_inversion(one, ratio_row, draws=1000)
@@ -85,9 +86,10 @@ def compressed_core(
 
 @dataclass(frozen=True)
 class _Model:
-    """Unknown: core radius over R, and the uncompressed densities of core and mantle.
+    """Unknown: core radius over the R of the table, and the uncompressed densities of core and mantle.
 
-    Data: moment ratio, assumed mean density, and thickness and density of a crust, if there is one.
+    Data: moment ratio, assumed mean density, radius, and thickness and density of a crust, if there is one. Mass and
+    moment are measured themselves, so that the radius changes neither.
     """
 
     one: SolarSystemBody
@@ -97,14 +99,14 @@ class _Model:
 
     def planet(self, data: np.ndarray, unknown: np.ndarray) -> HydrostaticPlanet:
         """The planet of these numbers."""
-        radius = self.one.mean_radius
-        radii, materials = [unknown[0] * radius, radius], [
+        radius = data[2]
+        radii, materials = [unknown[0] * self.one.mean_radius, radius], [
             replace(self.core_material, reference_density=unknown[1]),
             replace(self.mantle_material, reference_density=unknown[2]),
         ]  # fmt: skip
-        if len(data) > 2:
-            radii.insert(1, radius - data[2])
-            materials.append(replace(self.mantle_material, reference_density=data[3]))
+        if len(data) > 3:
+            radii.insert(1, radius - data[3])
+            materials.append(replace(self.mantle_material, reference_density=data[4]))
         return planet_from_radii(np.array(radii), materials, gravitational_constant=GRAVITATIONAL_CONSTANT)
 
     def mean_densities(self, planet: HydrostaticPlanet) -> tuple[float, float]:

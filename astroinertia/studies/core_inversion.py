@@ -163,5 +163,5 @@ def _crust_text(thickness: Published, density: Published) -> str:
 
 
 def _with_error(number: Published, unit: float = 1.0) -> str:
-    error = f"({number.uncertainty / unit:.0f})" if np.isfinite(number.uncertainty) else ""
-    return f"{number.value / unit:.0f}{error}"
+    error = f"({number.uncertainty / unit:.3g})" if np.isfinite(number.uncertainty) else ""
+    return f"{number.value / unit:.6g}{error}"

@@ -24,6 +24,7 @@ from astroinertia.studies.moment_ratio import TWO_LAYERS, fluid_love_number, hyd
 from astroinertia.studies.two_layers import impossible
 
 NOTHING = "-"
+_EXACT = 1e-7  # of the radius of a body, by which the errors of what is stated change a core that has none
 _COLUMNS = (
     "body",
     "I/(M R^2)",
@@ -120,9 +121,9 @@ def body_text(one: str | SolarSystemBody, parameters: Mapping[str, float], compr
     if one.has("core_radius"):
         lines += ["", "published core radius"]
         for row in one.published["core_radius"]:
-            error = f" +- {row.uncertainty / 1e3:.0f}" if math.isfinite(row.uncertainty) else ""
+            error = f" +- {_km(one.mean_radius, row.uncertainty)}" if math.isfinite(row.uncertainty) else ""
             note = f" ({row.note})" if row.note else ""
-            lines.append(f"  {f'{row.value / 1e3:.0f}{error} km':<21} {row.status}, {row.source}{note}")
+            lines.append(f"  {f'{_km(one.mean_radius, row.value)}{error} km':<21} {row.status}, {row.source}{note}")
     return "\n".join(lines)
 
 
@@ -148,19 +149,19 @@ def sweep_text(dataset: xr.Dataset) -> str:
 
 
 def _row(one: xr.Dataset) -> tuple[str, ...]:
-    def value(name: str, scale: float = 1.0) -> float:
-        return float(one[name]) / scale
+    def value(name: str) -> float:
+        return float(one[name])
 
+    radius = value("mean_radius")
     core = NOTHING
-    if math.isfinite(value("core_radius")):
-        centre = value("core_radius", 1e3)
-        up, down = value("core_radius_high", 1e3) - centre, centre - value("core_radius_low", 1e3)
-        core = f"{centre:.0f} +{up:.0f} -{down:.0f}"
+    if math.isfinite(centre := value("core_radius")):
+        up, down = value("core_radius_high") - centre, centre - value("core_radius_low")
+        core = f"{_km(radius, centre)} +{_km(radius, up)} -{_km(radius, down)}"
     published = NOTHING
     if math.isfinite(value("published_core_radius")):
-        published = f"{value('published_core_radius', 1e3):.0f}"
-        if math.isfinite(value("published_core_radius_uncertainty")):
-            published += f" +- {value('published_core_radius_uncertainty', 1e3):.0f}"
+        published = _km(radius, value("published_core_radius"))
+        if math.isfinite(error := value("published_core_radius_uncertainty")):
+            published += f" +- {_km(radius, error)}"
     return (
         str(one["body"].values),
         _with_error(value("moment_ratio"), value("moment_ratio_uncertainty")),
@@ -168,7 +169,7 @@ def _row(one: xr.Dataset) -> tuple[str, ...]:
         _plain(value("hydrostatic_moment_ratio"), ".4f"),
         _plain(value("polytropic_index"), ".2f"),
         core,
-        _change(value("core_radius_model_error")) if core != NOTHING else NOTHING,
+        _km(radius, value("core_radius_model_error"), "+") if core != NOTHING else NOTHING,
         published,
         _plain(value("central_condensation"), ".3g"),
     )
@@ -193,7 +194,9 @@ def _published_lines(one: SolarSystemBody) -> list[str]:
     for ratio, (kind, row) in zip(one.moment_ratio_rows(), published, strict=True):
         letter = "C" if kind == "polar" else "I"
         if row.status == OWN:
-            lines.append(f"  {_with_error(ratio.value, ratio.uncertainty, ' +- '):<21} as stated")
+            exact = not math.isfinite(ratio.uncertainty)
+            stated = f"{ratio.value:.7g}" if exact else _with_error(ratio.value, ratio.uncertainty, " +- ")
+            lines.append(f"  {stated:<21} as stated")
             continue
         lines.append(
             f"  {_with_error(ratio.value, ratio.uncertainty, ' +- '):<21} {ratio.status}, {ratio.source}: "
@@ -208,20 +211,23 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
         return ["no core is inverted: nothing is assumed for its layers; give --core-density or --mantle-density"]
     if not math.isfinite(layers.core_radius):
         _refuse(one, layers.assumed)
-    exact = layers.core_radius_high - layers.core_radius_low < 1.0  # m
+    exact = layers.core_radius_high - layers.core_radius_low < _EXACT * one.mean_radius
+    radius, density = one.mean_radius, one.mean_density
     lines = [
         f"{'three' if one.has('crust_density') else 'two'} uniform layers with the {_whose(one)} ratio, assumed: "
         f"{layers.assumed}",
-        f"  core radius          {layers.core_radius / 1e3:.0f} km, "
+        f"  core radius          {_km(radius, layers.core_radius)} km, "
         + (
             "the inputs as exact (--core-density-error and the like state their errors)"
             if exact
-            else f"between {layers.core_radius_low / 1e3:.0f} and {layers.core_radius_high / 1e3:.0f} km by the errors "
-            "of the inputs (16th and 84th percentile)"
+            else f"between {_km(radius, layers.core_radius_low)} and {_km(radius, layers.core_radius_high)} km "
+            "by the errors of the inputs (16th and 84th percentile)"
         ),
-        *_model_error_lines(model_error_of(one)),
-        f"  core density         {layers.core_density:.0f}{_spread(layers.core_density_deviation)} kg/m3",
-        f"  mantle density       {layers.mantle_density:.0f}{_spread(layers.mantle_density_deviation)} kg/m3",
+        *_model_error_lines(one, model_error_of(one)),
+        f"  core density         {_rounded(density, layers.core_density)}"
+        f"{_spread(density, layers.core_density_deviation)} kg/m3",
+        f"  mantle density       {_rounded(density, layers.mantle_density)}"
+        f"{_spread(density, layers.mantle_density_deviation)} kg/m3",
         f"  fluid k2             {layers.love_number:.4f}",
     ]
     if layers.possible_share < 0.995:
@@ -229,31 +235,48 @@ def _assumed_lines(one: SolarSystemBody) -> list[str]:
     return lines
 
 
-def _spread(deviation: float) -> str:
-    return f" +- {deviation:.0f}" if deviation > 0.0 else ""
+def _rounded(size: float, value: float, sign: str = "") -> str:
+    """A value with so many decimals as a size of its kind has three digits with, and none for large ones."""
+    return f"{value:{sign}.{max(0, 2 - math.floor(math.log10(size)))}f}"
+
+
+def _km(radius: float, metres: float, sign: str = "") -> str:
+    """A length in km, of a body of this radius in m."""
+    return _rounded(radius / 1e3, metres / 1e3, sign)
+
+
+def _spread(size: float, deviation: float) -> str:
+    return f" +- {_rounded(size, deviation)}" if deviation > 0.0 else ""
 
 
 def _compressed_lines(one: SolarSystemBody) -> list[str]:
     from astroinertia.studies.compressed_core import compressed_core
 
     core, uniform = compressed_core(one), core_inversion(one)
+    radius, density = one.mean_radius, one.mean_density
     matter = " and of ".join(matter_as_dense(density)[0] for density in (uniform.core_density, uniform.mantle_density))
     return [
         f"the same with layers compressed by their weight, bulk moduli of {matter}",
-        f"  core radius          {core.core_radius / 1e3:.0f}{_spread(core.core_radius_deviation / 1e3)} km",
-        f"  core density         {core.core_density:.0f} kg/m3, {core.central_density:.0f} at the centre",
-        f"  mantle density       {core.mantle_density:.0f} kg/m3, {core.mantle_reference_density:.0f} uncompressed",
+        f"  core radius          {_km(radius, core.core_radius)}"
+        f"{_spread(radius / 1e3, core.core_radius_deviation / 1e3)} km",
+        f"  core density         {_rounded(density, core.core_density)} kg/m3, "
+        f"{_rounded(density, core.central_density)} at the centre",
+        f"  mantle density       {_rounded(density, core.mantle_density)} kg/m3, "
+        f"{_rounded(density, core.mantle_reference_density)} uncompressed",
         f"  fluid k2             {core.love_number:.4f}",
     ]
 
 
-def _model_error_lines(beyond: CoreModelError) -> list[str]:
+def _model_error_lines(one: SolarSystemBody, beyond: CoreModelError) -> list[str]:
     if not math.isfinite(beyond.both):
         return []
+    both, compression, layer = (
+        _km(one.mean_radius, change, "+") for change in (beyond.both, beyond.compression, beyond.third_layer)
+    )
     return [
-        f"  model error          {_change(beyond.both)} km, by what uniform layers leave out:",
-        f"    compression        {_change(beyond.compression)} km alone, of layers compressed by their weight",
-        f"    a third layer      {_change(beyond.third_layer)} km alone, of a mantle a tenth denser in its lower half",
+        f"  model error          {both} km, by what uniform layers leave out:",
+        f"    compression        {compression} km alone, of layers compressed by their weight",
+        f"    a third layer      {layer} km alone, of a mantle a tenth denser in its lower half",
     ]
 
 
@@ -267,10 +290,6 @@ def _refuse(one: SolarSystemBody, assumed: str) -> None:
 
 def _whose(one: SolarSystemBody) -> str:
     return "stated" if one.moment_ratio().status == OWN else "published"
-
-
-def _change(metres: float) -> str:
-    return f"{metres / 1e3:+.0f}"
 
 
 def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[str]:
@@ -301,12 +320,12 @@ def _layer_lines(one: SolarSystemBody, parameters: Mapping[str, float]) -> list[
     return [
         f"two uniform layers with {' and '.join(_quantity_text(name, value) for name, value in parameters.items())}",
         f"  I/(M R^2)            {outputs['moment_ratio']:.5f}{comparison}",
-        f"  core radius          {outputs['core_radius'] / 1e3:.0f} km, "
+        f"  core radius          {_km(one.mean_radius, outputs['core_radius'])} km, "
         f"{outputs['core_radius'] / one.mean_radius:.4f} of the body's",
-        *_model_error_lines(beyond),
-        f"  core density         {outputs['core_density']:.0f} kg/m3, "
+        *_model_error_lines(one, beyond),
+        f"  core density         {_rounded(one.mean_density, outputs['core_density'])} kg/m3, "
         f"{100 * outputs['core_mass_fraction']:.1f} % of the mass",
-        f"  mantle density       {outputs['mantle_density']:.0f} kg/m3",
+        f"  mantle density       {_rounded(one.mean_density, outputs['mantle_density'])} kg/m3",
         f"  fluid k2             {outputs['love_number']:.4f}",
         *_hydrostatic_lines(one, outputs["love_number"]),
     ]

@@ -145,6 +145,20 @@ def test_a_planet_of_ones_own_has_a_core_with_both_its_errors(elsewhere, capsys)
     assert "core density         10990 +- 100 kg/m3" in printed  # as assumed, and not as so many draws have it
 
 
+def test_small_bodies_keep_their_digits(elsewhere, capsys):
+    """A comet of 1.65 km had a core of 1 km "between 1 and 2 km", and one of a metre had nothing but zeros."""
+    comet = ["ratios", "--mass", "1e13 kg", "--radius", "1.65 km", "--mantle-density", "400"]
+    assert main([*comet, "--moment-ratio", "0.37", "--moment-ratio-error", "0.003"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"core radius          1\.38 km, between 1\.\d\d and 1\.\d\d km", printed)
+    small = ["ratios", "--mass", "1 kg", "--radius", "1 m", "--mantle-density", "0.2", "--moment-ratio", "0.39999"]
+    assert main(small) == 0
+    printed = capsys.readouterr().out
+    assert "0.39999 " in printed and "assumed: mantle density 0.2 kg/m3" in printed
+    assert "core radius          0.00100 km, the inputs as exact" in printed
+    assert "core density         0.239 kg/m3" in printed and "mantle density       0.200 kg/m3" in printed
+
+
 def test_inputs_without_errors_are_called_exact_and_one_value_is_no_range(elsewhere, capsys):
     assert main(["ratios", *OWN, "--moment-ratio", "0.3307", "--core-density", "10990"]) == 0
     printed = capsys.readouterr().out

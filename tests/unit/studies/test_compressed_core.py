@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from astroinertia.bodies.planets import body
+from astroinertia.bodies.planets import body, own_body
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.matter.planetary import FORSTERITE, IRON_LIQUID
@@ -60,6 +60,15 @@ def test_the_error_of_the_core_is_that_of_draws_where_compression_is_small():
     assert found.core_radius == pytest.approx(uniform.core_radius, rel=1e-8)
     spread = (uniform.core_radius_high - uniform.core_radius_low) / 2
     assert found.core_radius_deviation == pytest.approx(spread, rel=0.2)
+
+
+def test_the_error_of_the_radius_counts():
+    """Of a body whose ratio and density are exact, against uniform layers of the same mass and moment."""
+    exact = {"mean_moment_ratio": 0.3661, "core_density": 6000.0}
+    one = own_body("mine", 6.417e23, 3.3895e6, mean_radius_uncertainty=5e3, **exact)
+    uniform, found = core_inversion(one), compressed_core(one, 0, *_stiffer(1e9))
+    spread = (uniform.core_radius_high - uniform.core_radius_low) / 2
+    assert found.core_radius_deviation == pytest.approx(spread, rel=0.05)  # it was 0
 
 
 def test_bodies_without_assumptions_are_reported():
