@@ -15,4 +15,4 @@ def require_components(count: int = 3, **named: Any) -> None:
     """
     for name, value in named.items():
         if (shape := np.shape(value))[-1:] != (count,):
-            raise ValueError(f"{name} must have shape (..., {count}), not {shape}")
+            raise ValueError(f"{name} {shape} must have the shape (..., {count})")
