@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from astroinertia.accuracy.knobs import Knob, duration, knobs, overridden, shown
+from astroinertia.accuracy.knobs import Knob, knobs, overridden, shown
 from astroinertia.errors import SceneError
 from astroinertia.scene.plan import RECORDS, cadence, records, smoothing
 from astroinertia.scene.schema import MOST_RECORDS, Scene
@@ -74,7 +74,7 @@ def _finer(scene: Scene, knob: Knob) -> CompanionRun:
     assert knob.step is not None
     quiet, every = ["output.error_bars=false", *_as_far(scene)], cadence(scene).series_every
     if every is not None and records(scene.time.end, 0.5 * every) <= MOST_RECORDS:
-        quiet.append(f"output.series_every={duration(scene, 0.5 * every)}")
+        quiet.append(f"output.series_every={scene.time_setting(0.5 * every)}")
     for ratio in (_FINER[knob.name], 1.0 / _FINER[knob.name]):
         value = float(f"{knob.value_at(ratio * knob.step(knob.default)):.12g}")
         try:
@@ -96,11 +96,11 @@ def _of_particles(scene: Scene, by_name: dict[str, Knob]) -> Iterator[CompanionR
         "output.error_bars=false",
         *_as_far(scene),
         "output.align=false",  # their steps are to differ, whatever is recorded
-        f"output.snapshot_every={duration(scene, scene.time.end)}",
+        f"output.snapshot_every={scene.time_setting(scene.time.end)}",
     ]
     every = cadence(scene).series_every
     if every is not None:  # often enough to be interpolated, however seldom the run itself is recorded
-        quiet.append(f"output.series_every={duration(scene, min(every, scene.time.end / RECORDS))}")
+        quiet.append(f"output.series_every={scene.time_setting(min(every, scene.time.end / RECORDS))}")
     still = overridden(scene, tuple(quiet))
     knob, coarsest, name = by_name[PARTICLES], still, ""
     assert knob.step is not None

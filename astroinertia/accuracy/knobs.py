@@ -100,15 +100,6 @@ def overridden(scene: Scene, overrides: tuple[str, ...]) -> Scene:
     return load.loads(scene.to_toml(), overrides, scene.origin, effects=scene.own_classes)
 
 
-def duration(scene: Scene, value: float) -> str:
-    """A time of a scene as an override gives it.
-
-    >>> print(duration(load.load_file("sims/skater.toml"), 0.5))
-    "0.5 s"
-    """
-    return repr(value) if scene.dimensionless else f'"{value!r} s"'
-
-
 def _of_particles(scene: Scene) -> tuple[Knob, ...]:
     return tuple(
         knob
@@ -165,7 +156,7 @@ def _timestep(scene: Scene) -> Knob:
             for name in ("courant", "acceleration_factor", "energy_factor")
         ]
         if numerics.max_timestep is not None:
-            settings.append(f"numerics.max_timestep={duration(scene, factor * numerics.max_timestep)}")
+            settings.append(f"numerics.max_timestep={scene.time_setting(factor * numerics.max_timestep)}")
         if numerics.free_fall_factor is not None:
             settings.append(f"numerics.free_fall_factor={factor * numerics.free_fall_factor!r}")
         return tuple(settings)

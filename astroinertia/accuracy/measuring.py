@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia import dataset as datasets
-from astroinertia.accuracy.knobs import Setting, duration, overridden
+from astroinertia.accuracy.knobs import Setting, overridden
 from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.costs import experience
@@ -204,7 +204,7 @@ def _rehearse(body: Any, end: float) -> None:
 
 
 def _without_records(scene: Scene) -> tuple[str, ...]:
-    end = duration(scene, scene.time.end)
+    end = scene.time_setting(scene.time.end)
     steps = () if scene.output.series_steps is None else ("output.series_steps=1000000000",)
     return (f"output.snapshot_every={end}", *(steps or (f"output.series_every={end}",)))
 

@@ -68,13 +68,13 @@ def _refuse_within(scene: Scene, units: CodeUnits) -> None:
     from astroinertia.orbits.approach import pericentres_within
 
     masses, places, velocities = at_start(scene, units, units.to_code(body.mass, "mass"))
-    unit = "" if scene.dimensionless else " m"
+    inside = scene.shown(body.radius, "length", 4)
     for name, distance in zip(names(scene, units), np.linalg.norm(places, axis=-1), strict=True):
         away = units.to_si(distance, "length")
         if away < body.radius:
             raise SceneError(
-                f"companion {name} begins {away:.4g}{unit} from the centre of the body, which is inside it; it must "
-                f"begin farther out than the radius of the rigid body, {body.radius:.4g}{unit}."
+                f"companion {name} begins {scene.shown(away, 'length', 4)} from the centre of the body, which is "
+                f"inside it; it must begin farther out than the radius of the rigid body, {inside}."
             )
     radius, end = units.to_code(body.radius, "length"), units.to_code(scene.time.end, "time")
     nearest = pericentres_within(masses, places, velocities, radius, end)
@@ -82,8 +82,8 @@ def _refuse_within(scene: Scene, units: CodeUnits) -> None:
         if np.isfinite(distance):
             raise SceneError(
                 f"companion {name} comes within the body during the run, on an orbit whose least distance from its "
-                f"centre is {units.to_si(distance, 'length'):.4g}{unit}; it must be more than the radius of the "
-                f"rigid body, {body.radius:.4g}{unit}."
+                f"centre is {scene.shown(units.to_si(distance, 'length'), 'length', 4)}; it must be more than the "
+                f"radius of the rigid body, {inside}."
             )
 
 
@@ -104,16 +104,15 @@ def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:
     share = f"{value / limit:.3g} times as"
     if measure == 0:
         period = units.to_si(2 * math.pi / (limit * sizes[name]), "time")
-        unit = "" if scene.dimensionless else " s"
         raise SceneError(
             f"[body.rotation] turns the body {share} fast as it can without breaking up: its period must be at least "
-            f"{period:.4g}{unit}, that {of}."
+            f"{scene.shown(period, 'time', 4)}, that {of}."
         )
-    least = limit if measure == 2 else units.to_si(limit * sizes[name], "angular_momentum")
-    unit = "" if measure == 2 or scene.dimensionless else " kg m2 s-1"
+    dimension = "dimensionless" if measure == 2 else "angular_momentum"
+    least = scene.shown(units.to_si(limit * sizes[name], dimension), dimension, 4)
     raise SceneError(
         f"[body.rotation] {name} is {share} large as the body can have without breaking up: it must be at most "
-        f"{least:.4g}{unit}, that {of}."
+        f"{least}, that {of}."
     )
 
 

@@ -24,7 +24,7 @@ from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.callback import callback_of
-from astroinertia.run.extend import dated, number_of, shown_time
+from astroinertia.run.extend import dated, number_of
 from astroinertia.run.loop import Listener, computing, in_si, predicted, refuse_before, run_prepared
 from astroinertia.scene.changed import branch_of
 from astroinertia.scene.dimensional import dimensional
@@ -106,7 +106,7 @@ def moment(scene: Scene, at: Any, said: str = "the time of a branch") -> float |
     except ValueError as error:
         raise SceneError(f"{said} {error}") from None
     if not 0.0 <= seconds <= scene.time.end:
-        raise SceneError(f"{said} must lie within the run, which ends at {shown_time(scene, scene.time.end)}.")
+        raise SceneError(f"{said} must lie within the run, which ends at time {scene.shown(scene.time.end, 'time')}.")
     return code_units(scene).to_code(seconds, "time")
 
 
@@ -158,11 +158,11 @@ def _origin(
     units = code_units(scene)
     name, seconds, begins = archive.metadata["name"], units.to_si(time, "time"), units.to_si(stored.time, "time")
     changed = [*settings, *(f"the effect {kind}" for kind in new.own if kind not in scene.own)]
-    event = f"branched from the run '{name}' at {shown_time(scene, seconds)}, by {stored.place}"
+    event = f"branched from the run '{name}' at time {scene.shown(seconds, 'time')}, by {stored.place}"
     if not math.isclose(begins, seconds, rel_tol=1e-12):
-        event += f" at {shown_time(scene, begins)}, and on from there"
+        event += f" at time {scene.shown(begins, 'time')}, and on from there"
     if again:
-        event += f" ({' and '.join(again)}, which snapshots lack, began again at {shown_time(scene, begins)})"
+        event += f" ({' and '.join(again)}, which snapshots lack, began again at time {scene.shown(begins, 'time')})"
     return {
         "structure": archive.metadata.get("structure", {}),
         BRANCH: {

@@ -94,10 +94,9 @@ def _refuse_between_records(seconds: float, scene: Scene) -> None:
     """SceneError for times between the records of a run without particles, which goes from record to record."""
     records = cadence(scene).series_every
     if scene.model != "sph" and records is not None and seconds < records * (1.0 - 1e-9):
-        unit = "" if scene.dimensionless else " s"
         raise SceneError(
-            f"a run of the model {scene.model} is seen at its records, {records:g}{unit} apart: give no shorter time, "
-            "or a shorter output.series_every."
+            f"a run of the model {scene.model} is seen at its records, {scene.shown(records, 'time')} apart: give no "
+            "shorter time, or a shorter output.series_every."
         )
 
 

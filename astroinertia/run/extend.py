@@ -30,10 +30,12 @@ def go_on_with(
     time, steps, ended = _reached(archive)
     units, end = code_units(scene), scene.time.end
     if not time < units.to_code(end, "time") * (1.0 - 1e-14):
-        raise SceneError(f"the run has reached {shown_time(scene, units.to_si(time, 'time'))}: its end must be later.")
+        raise SceneError(
+            f"the run has reached time {scene.shown(units.to_si(time, 'time'), 'time')}: its end must be later."
+        )
     if scene.time.max_steps is not None and steps >= scene.time.max_steps:
         raise SceneError(f"the run has taken {steps} steps: time.max_steps must be more.")
-    described, reached = metadata(scene), shown_time(scene, units.to_si(time, "time"))
+    described, reached = metadata(scene), f"time {scene.shown(units.to_si(time, 'time'), 'time')}"
     if BRANCH in archive.metadata:  # that of its whole scene is none of a branch
         predicted = {name: figure for name, figure in predicted.items() if name != "predicted_wall_time"}
     archive.change(
@@ -53,11 +55,6 @@ def dated(described: Mapping[str, Any], event: str) -> dict[str, Any]:
     before = described.get("history")
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return {"history": [*(before if isinstance(before, list) else []), f"{now}: {event}"]}
-
-
-def shown_time(scene: Scene, time: float) -> str:
-    """A time of a scene, in words."""
-    return f"time {time:.6g}{'' if scene.dimensionless else ' s'}"
 
 
 def _list(archive: Archive, name: str) -> list[Any]:

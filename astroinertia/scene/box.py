@@ -24,7 +24,7 @@ class Box(Part):
         """Whether it repeats itself along x, y and z."""
         return "x" in self.periodic, "y" in self.periodic, "z" in self.periodic
 
-    def plan_line(self, shown: Callable[[float], str]) -> tuple[str, str, str]:
-        """What a plan says of it; `shown` writes a length."""
-        sides = " x ".join(shown(length) for length in self.lengths)
+    def plan_line(self, shown: Callable[[float, str], str]) -> tuple[str, str, str]:
+        """What a plan says of it; `shown` writes a quantity."""
+        sides = " x ".join(shown(length, "length") for length in self.lengths)
         return "lengths", sides, f"repeats itself along {', '.join(self.periodic)}"

@@ -86,14 +86,10 @@ def key_of(setting: str) -> str:
 
 def _as_often(scene: Scene, settings: Sequence[str]) -> list[str]:
     """Settings by which outputs are as far apart as before, where that has followed from the end."""
-    said, when, unit = set(map(key_of, settings)), cadence(scene), "" if scene.dimensionless else " s"
+    said, when = set(map(key_of, settings)), cadence(scene)
     kept = []
     if scene.output.series_every is None and when.series_every is not None and "output.series_steps" not in said:
-        kept.append(f"output.series_every={_quoted(f'{when.series_every!r}{unit}')}")
+        kept.append(f"output.series_every={scene.time_setting(when.series_every)}")
     if scene.output.snapshot_every is None:
-        kept.append(f"output.snapshot_every={_quoted(f'{when.snapshot_every!r}{unit}')}")
+        kept.append(f"output.snapshot_every={scene.time_setting(when.snapshot_every)}")
     return kept
-
-
-def _quoted(text: str) -> str:
-    return f'"{text}"' if " " in text else text

@@ -19,19 +19,18 @@ from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.initial_body import ascending, unit
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
+from astroinertia.units import SPEED_OF_LIGHT
 
 _NODES = 64  # shells of a profile
 
 
 def characteristic(scene: Scene) -> Characteristic:
     """The numbers of the first body of a scene, with its neighbours and its run."""
-    constant = 1.0 if scene.dimensionless else GRAVITATIONAL_CONSTANT
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
     numbers: dict[str, Any] = {
         "end": scene.time.end,
-        "gravitational_constant": constant,
+        "gravitational_constant": scene.gravitational_constant,
         "speed_of_light": None if scene.dimensionless else SPEED_OF_LIGHT,
         "deforms": scene.model != "rigid" and not body.solid and body.change is None,
         "held": fluid is not None and fluid.kind == "incompressible",
@@ -40,17 +39,18 @@ def characteristic(scene: Scene) -> Characteristic:
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
         "homologous": body.homologous,
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
-        "expansion": _expansion(body) + (body.expansion(body.mass, body.radius, constant) if body.homologous else 0.0),
+        "expansion": _expansion(body)
+        + (body.expansion(body.mass, body.radius, scene.gravitational_constant) if body.homologous else 0.0),
     }
     if body.kind == "table" and scene.origin is not None and body.rotation is None and not _gradient(body).any():
         numbers |= _of_table(scene)
     else:
-        numbers |= body.characteristic() if body.profile() is None else _sphere(scene, constant)
+        numbers |= body.characteristic() if body.profile() is None else _sphere(scene)
     mass = numbers.get("mass", body.mass)
     if mass is None:
         numbers["neighbours"] = None if scene.companions else ()
     else:
-        numbers["neighbours"] = _neighbours(scene, constant, mass)
+        numbers["neighbours"] = _neighbours(scene, mass)
     if scene.bodies:
         numbers |= _several(scene)
     found = Characteristic(**numbers)
@@ -70,11 +70,11 @@ def _expansion(body: Any) -> float:
     return float(_gradient(body).trace()) / 3.0
 
 
-def _sphere(scene: Scene, constant: float) -> dict[str, Any]:
+def _sphere(scene: Scene) -> dict[str, Any]:
     from astroinertia.sph import profiles  # only here: whoever reads a scene does not ask how large its effects are
 
     body: Any = scene.body
-    profile = body.profile()
+    profile, constant = body.profile(), scene.gravitational_constant
     axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
     mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
     rows = body.rows_at_start
@@ -224,12 +224,12 @@ def _several(scene: Scene) -> dict[str, Any]:
     return {"pair": Pair((masses[0], masses[1]), apart)} if apart else {}
 
 
-def _neighbours(scene: Scene, constant: float, mass: float) -> tuple[Neighbour, ...] | None:
+def _neighbours(scene: Scene, mass: float) -> tuple[Neighbour, ...] | None:
     if scene.orbits.archive is not None:
         return None
     neighbours: dict[str, Neighbour] = {}
     for other in scene.companions:
-        orbit = _orbit(other, constant * (mass + other.mass))
+        orbit = _orbit(other, scene.gravitational_constant * (mass + other.mass))
         if other.around in neighbours:  # as far from the body as what it goes round, give or take its own orbit
             centre = neighbours[other.around]
             apart = abs(centre.distance - orbit.distance)

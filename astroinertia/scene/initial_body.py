@@ -5,7 +5,7 @@ of `Body` are what most kinds have.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -36,8 +36,6 @@ from astroinertia.units import ALL_MODELS, Dimension, Option, pressure_constant_
 MOST_PARTICLES = 50_000_000
 Count = Annotated[Whole, Field(ge=16, le=MOST_PARTICLES)]
 PlanLine = tuple[str, ...]
-Shown = Callable[[float, str], str]
-"""How a quantity of a dimension is written."""
 
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
 Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(as_tuple)]
@@ -85,19 +83,19 @@ def numbers(values: tuple[float, ...]) -> str:
     return f"({', '.join(f'{value:g}' for value in values)})"
 
 
-def option_text(value: Any, dimension: str | Dimension, shown: Callable[[float, Any], str]) -> str:
+def option_text(value: Any, dimension: str | Dimension, scene: Any) -> str:
     """An option's value, as written for a person."""
     if isinstance(value, str | bool):
         return value if isinstance(value, str) else str(value).lower()
     if isinstance(value, tuple | list):
-        return f"({', '.join(option_text(item, dimension, shown) for item in value)})"
-    return shown(value, dimension)
+        return f"({', '.join(option_text(item, dimension, scene) for item in value)})"
+    return scene.shown(value, dimension)
 
 
-def option_lines(options: Mapping[str, Any], declared: Mapping[str, Option], shown: Shown) -> list[PlanLine]:
+def option_lines(options: Mapping[str, Any], declared: Mapping[str, Option], scene: Any) -> list[PlanLine]:
     """The lines of the plan on the options of what is not of this package."""
     return [
-        (name.replace("_", " "), option_text(value, declared[name].dimension, shown), declared[name].text)
+        (name.replace("_", " "), option_text(value, declared[name].dimension, scene), declared[name].text)
         for name, value in options.items()
         if value is not None
     ]
@@ -464,23 +462,23 @@ class Body(Part):
         """How many particles there are where so many are asked for."""
         return asked
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """What it is, as lines of the plan."""
         me: Any = self
         shape = f" of {self.shape} {getattr(self, self.shape):g}" if self.shape else ""
         axes = getattr(self, "axes", (1.0, 1.0, 1.0))
         density = me.mass / (4.0 / 3.0 * math.pi * me.radius**3 * math.prod(axes))
-        fall = math.sqrt(3.0 * math.pi / (32.0 * gravitational_constant * density))
+        fall = math.sqrt(3.0 * math.pi / (32.0 * scene.gravitational_constant * density))
         equatorial = self.spin is self
         stretched = "" if axes == (1.0, 1.0, 1.0) else f"axes {numbers(axes)}"
         lines: list[PlanLine] = [("kind", self.title.replace("_", " ") + shape, stretched)]
         if scene.model == "sph":
-            lines.append(("particles", f"{me.particles}", f"of {shown(me.mass / me.particles, 'mass')} each"))
+            lines.append(("particles", f"{me.particles}", f"of {scene.shown(me.mass / me.particles, 'mass')} each"))
         lines += [
-            ("mass", shown(me.mass, "mass")),
-            ("equatorial radius" if equatorial else "radius", shown(me.radius, "length")),
-            ("mean density", shown(density, "density"), "in the equatorial sphere" * equatorial),
-            ("free-fall time", shown(fall, "time"), "of the mean density"),
+            ("mass", scene.shown(me.mass, "mass")),
+            ("equatorial radius" if equatorial else "radius", scene.shown(me.radius, "length")),
+            ("mean density", scene.shown(density, "density"), "in the equatorial sphere" * equatorial),
+            ("free-fall time", scene.shown(fall, "time"), "of the mean density"),
         ]
         if scene.model == "sph":
             settles = self.relax and {"gravity", "pressure"} <= set(scene.effects)

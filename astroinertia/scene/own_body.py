@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.errors import SceneError
 from astroinertia.scene.dimensional import options_in_code_units
-from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown, option_lines
+from astroinertia.scene.initial_body import Body, Count, PlanLine, option_lines
 from astroinertia.units import DIMENSIONLESS, CodeUnits, shown as plain
 
 
@@ -114,7 +114,7 @@ class OwnBody(Body):
                                else "states a characteristic number that is not finite")  # fmt: skip
         return stated
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """What its class says of it, where it comes from, and its options."""
         lines: list[PlanLine] = [
             ("kind", self.name.replace("_", " "), self.entry.described),
@@ -123,10 +123,10 @@ class OwnBody(Body):
         stated = {"mass": "mass", "radius": "length"}
         for name, dimension in stated.items():
             if name not in self.options and (value := getattr(self, name)) is not None:
-                lines.append((name, shown(value, dimension)))
+                lines.append((name, scene.shown(value, dimension)))
         if unstated := [name for name in stated if getattr(self, name) is None]:
             lines.append((" and ".join(unstated), "not stated", "so no sizes of effects follow from them"))
-        return lines + option_lines(self.options, self.entry.options, shown)
+        return lines + option_lines(self.options, self.entry.options, scene)
 
 
 KEYS = tuple(name for name in OwnBody.model_fields if name not in ("name", "options", "entry"))  # of any kind

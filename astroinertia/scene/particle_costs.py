@@ -1,27 +1,24 @@
 """What limits the time step of a particle run at first, before it is run."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 from astroinertia.effects.entries import FREE_FALL_PART
 from astroinertia.scene.schema import Scene
 
 
-def expected(
-    scene: Scene, eta: float, gravitational_constant: float, shown: Callable[[Scene, float, str], str]
-) -> list[tuple[str, str, str]]:
-    """What the plan tells of it: name, value and why, with quantities as `shown` writes them; nothing for a table."""
+def expected(scene: Scene, eta: float) -> list[tuple[str, str, str]]:
+    """What the plan tells of it: name, value and why; nothing for a table."""
     numerics = scene.numerics
     bodies: Any = [alone.body for alone in scene.alone()]
     if scene.particles is None or any(body.mass is None or body.radius is None for body in bodies):
         return []
     limits = [
-        first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, gravitational_constant)
+        first_limits(numerics, scene.effects, body.mass, body.radius, body.particles, eta, scene.gravitational_constant)
         for body in bodies
     ]
     first = {name: min(of_body[name] for of_body in limits) for name in limits[0]}
-    listed = ", ".join(f"{name} {shown(scene, float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
+    listed = ", ".join(f"{name} {scene.shown(float(f'{limit:.2g}'), 'time')}" for name, limit in first.items())
     return [("its limits at first", listed, "about, at the mean density; denser places and shocks shorten it")]
 
 

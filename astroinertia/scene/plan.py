@@ -21,7 +21,7 @@ from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import file_of_scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number, rising_neighbours
-from astroinertia.units import Dimension, shown, si_unit
+from astroinertia.units import Dimension, shown
 
 UNCHOSEN = (
     "settings",
@@ -136,7 +136,7 @@ def plan(scene: Scene) -> Plan:
     titles = [f"bodies.{number}" for number in range(len(scene.bodies))] or ["body"]
     sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
     if scene.orbit is not None:
-        lines = scene.orbit.plan_lines(lambda value, dimension: _shown(scene, value, dimension))
+        lines = scene.orbit.plan_lines(scene.shown)
         sections["orbit"] = tuple(Line(*line) for line in lines)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
@@ -145,12 +145,12 @@ def plan(scene: Scene) -> Plan:
     if scene.companions or scene.orbits.archive is not None:
         sections["companions"] = _companions(scene)
     if scene.box is not None:
-        sections["box"] = (Line(*scene.box.plan_line(lambda length: _shown(scene, length, "length"))),)
+        sections["box"] = (Line(*scene.box.plan_line(scene.shown)),)
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     if scene.observed:
         sections["observables"] = tuple(_observable(scene, kind, entry) for kind, entry in scene.observed.items())
     follows = scene.model == "sph" and softening(scene) is None
-    if follows and (resolution := resolved(scene, *smoothing(scene), code_units(scene).gravitational_constant)):
+    if follows and (resolution := resolved(scene, *smoothing(scene))):
         sections["resolution"] = tuple(Line(*line) for line in resolution)
     if scene.choice:
         sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
@@ -176,11 +176,6 @@ def plan(scene: Scene) -> Plan:
     return Plan(scene.name, scene.description.strip(), sections, effects)
 
 
-def _shown(scene: Scene, value: float, dimension: str | Dimension) -> str:
-    unit = "" if scene.dimensionless or dimension == "dimensionless" else f" {si_unit(dimension)}"
-    return f"{value:.6g}{unit}"
-
-
 def _companions(scene: Scene) -> tuple[Line, ...]:
     if scene.orbits.archive is not None:
         return _of_archive(scene)
@@ -189,11 +184,11 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
         if companion.position is not None:
             orbit = "from its position and velocity"
         elif companion.period is not None:
-            orbit = f"period {_shown(scene, companion.period, 'time')}, eccentricity {companion.eccentricity:g}"
+            orbit = f"period {scene.shown(companion.period, 'time')}, eccentricity {companion.eccentricity:g}"
         else:
-            size = _shown(scene, companion.semi_major_axis or 0.0, "length")
+            size = scene.shown(companion.semi_major_axis or 0.0, "length")
             orbit = f"semi-major axis {size}, eccentricity {companion.eccentricity:g}"
-        lines.append(Line(companion.name, _shown(scene, companion.mass, "mass"), f"around {companion.around}, {orbit}"))
+        lines.append(Line(companion.name, scene.shown(companion.mass, "mass"), f"around {companion.around}, {orbit}"))
     if scene.orbits.back_reaction:
         return (*lines, Line("orbits", "in the steps of the body", "its quadrupole acts back"))
     if scene.effects.get("companions", {}).get("motion") == "live":
@@ -204,7 +199,7 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
 def _of_archive(scene: Scene) -> tuple[Line, ...]:
     units, archive = code_units(scene), scene.orbits.archive
     body, *others = archive_at_start(scene.orbits, scene.origin, units).particles
-    lines = [Line(shown(one.name), _shown(scene, float(units.to_si(one.m, "mass")), "mass")) for one in others]
+    lines = [Line(shown(one.name), scene.shown(float(units.to_si(one.m, "mass")), "mass")) for one in others]
     return (*lines, Line("orbits", f"from the archive {archive}", f"about its particle {shown(body.name)}"))
 
 
@@ -212,24 +207,22 @@ def region_descriptions(scene: Scene) -> dict[str, str]:
     """What each region of a scene is, in words."""
     return {
         name: region.description(
-            "" if region.innermost_mass is None else _shown(scene, region.innermost_mass, "mass"),
-            "" if region.density_above is None else _shown(scene, region.density_above, "density"),
+            "" if region.innermost_mass is None else scene.shown(region.innermost_mass, "mass"),
+            "" if region.density_above is None else scene.shown(region.density_above, "density"),
         )
         for name, region in scene.regions.items()
     }
 
 
 def _body(scene: Scene) -> tuple[Line, ...]:
-    constant = code_units(scene).gravitational_constant
-    lines = plan_body.body_lines(scene, constant, lambda value, dimension: _shown(scene, value, dimension))
-    return tuple(Line(*line) for line in lines)
+    return tuple(Line(*line) for line in plan_body.body_lines(scene))
 
 
 def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
     chosen = scene.equation_of_state
     assert chosen is not None
     if chosen.kind == "own":
-        lines = option_lines(chosen.options, chosen.entry.options, lambda value, of: _shown(scene, value, of))
+        lines = option_lines(chosen.options, chosen.entry.options, scene)
         return (
             Line("kind", chosen.name.replace("_", " "), chosen.entry.described),
             *(Line(*line) for line in lines),
@@ -247,10 +240,10 @@ def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
         if value == FROM_BODY:
             lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
         elif isinstance(value, tuple):
-            items = [_shown(scene, item, dimension) for item in value]
+            items = [scene.shown(item, dimension) for item in value]
             lines.append(Line(name, ", ".join(items)))
         else:
-            lines.append(Line(name.replace("_", " "), _shown(scene, value, dimension)))
+            lines.append(Line(name.replace("_", " "), scene.shown(value, dimension)))
     return tuple(lines)
 
 
@@ -301,7 +294,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
     factors = {name: getattr(numerics, f"{name}_factor") for name in ("acceleration", "energy")}
     limits = ", ".join(f"{name} {value:g}" for name, value in {"courant": numerics.courant, **factors}.items())
     if numerics.max_timestep is not None:
-        limits += f", at most {_shown(scene, numerics.max_timestep, 'time')}"
+        limits += f", at most {scene.shown(numerics.max_timestep, 'time')}"
     if numerics.free_fall_factor is not None:
         limits += f", at most {numerics.free_fall_factor:g} (G density)^(-1/2)"
     return (
@@ -310,7 +303,7 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
-        *(Line(*line) for line in expected(scene, eta, code_units(scene).gravitational_constant, _shown)),
+        *(Line(*line) for line in expected(scene, eta)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
 
@@ -328,7 +321,7 @@ def _smoothing_lengths(scene: Scene) -> Line:
     kept = softening(scene)
     if kept is None:
         return Line("smoothing lengths", f"to {scene.numerics.smoothing_tolerance:g}")
-    return Line("smoothing lengths", _shown(scene, kept, "length"), "of every particle, as gravity's softening asks")
+    return Line("smoothing lengths", scene.shown(kept, "length"), "of every particle, as gravity's softening asks")
 
 
 def _gravity(scene: Scene) -> tuple[Line, ...]:
@@ -410,4 +403,4 @@ def _options(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> str:
 
 
 def _option(scene: Scene, value: Any, dimension: str | Dimension) -> str:
-    return option_text(value, dimension, lambda number, of: _shown(scene, number, of))
+    return option_text(value, dimension, scene)

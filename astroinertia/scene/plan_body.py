@@ -6,39 +6,39 @@ from typing import Any
 import numpy as np
 
 from astroinertia.scene.characteristic import characteristic
-from astroinertia.scene.initial_body import PlanLine, Shown, numbers
+from astroinertia.scene.initial_body import PlanLine, numbers
 from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
 
 SEEN = 1e-6  # rad: wobbles below it are rounding of a scene's numbers
 
 
-def body_lines(scene: Scene, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+def body_lines(scene: Scene) -> list[PlanLine]:
     """The body of a scene: name, value and, if there is more to say, why."""
     body = scene.body
-    placed = place_lines(body.position, body.velocity, shown)
-    lines = body.describe(scene, gravitational_constant, shown)
-    return [*lines, *_thermal(scene, shown), *_motion(scene, shown), *_change(scene, shown), *placed]
+    placed = place_lines(body.position, body.velocity, scene.shown)
+    lines = body.describe(scene)
+    return [*lines, *_thermal(scene), *_motion(scene), *_change(scene), *placed]
 
 
-def _change(scene: Scene, shown: Shown) -> list[PlanLine]:
+def _change(scene: Scene) -> list[PlanLine]:
     change = scene.body.change
     if change is None:
         return []
-    last = shown(change.times[-1], "time")
+    last = scene.shown(change.times[-1], "time")
     return [("size", "prescribed", f"inertia tensor times {change.factors[-1]:g} from {last} on")]
 
 
-def _thermal(scene: Scene, shown: Shown) -> list[PlanLine]:
+def _thermal(scene: Scene) -> list[PlanLine]:
     body = scene.body
     if body.pressure_fraction is not None:
         return [("pressure", f"{body.pressure_fraction:g} of that of equilibrium")]
     if body.specific_internal_energy is not None:
-        return [("internal energy", f"{shown(body.specific_internal_energy, 'specific_energy')}, uniform")]
+        return [("internal energy", f"{scene.shown(body.specific_internal_energy, 'specific_energy')}, uniform")]
     return [] if body.entropy is None else [("entropy function", f"{body.entropy:.6g}, uniform")]
 
 
-def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
+def _motion(scene: Scene) -> list[PlanLine]:
     body: Any = scene.body
     lines: list[PlanLine] = []
     if body.velocity_gradient is not None:
@@ -57,7 +57,7 @@ def _motion(scene: Scene, shown: Shown) -> list[PlanLine]:
         "breakup_fraction": "dimensionless",
     }
     name = next(name for name in dimensions if getattr(spin, name, None) is not None)
-    value = shown(getattr(spin, name), dimensions[name])
+    value = scene.shown(getattr(spin, name), dimensions[name])
     along = (0.0, 0.0, 1.0) if spin is body else tuple(np.round(spin.direction, 12) + 0.0)
     about = "in equilibrium, about z" if spin is body else f"about {numbers(along)}"
     return [*lines, ("rotation", f"{spin.law}, {name} {value}", about), *_attitude(scene)]

@@ -4,20 +4,20 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.scene.initial_body import PlanLine, Shown
+from astroinertia.scene.initial_body import PlanLine
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.table import SI, UNKNOWN, Table, in_code_units, read_table
 
 
-def table_lines(body: Any, scene: Scene, shown: Shown) -> list[PlanLine]:
+def table_lines(body: Any, scene: Scene) -> list[PlanLine]:
     """Particles, columns, units, mass, extent, velocities and energies of a table; SceneError for what is none."""
     path, units = body.path(scene), code_units(scene)
     raw = read_table(path)
     table = in_code_units(raw, path, units, body.velocity_unit)
 
     def written(value: float, dimension: str) -> str:
-        return shown(float(units.to_si(value, dimension)), dimension)
+        return scene.shown(float(units.to_si(value, dimension)), dimension)
 
     mass, total = table.mass, float(table.mass.sum())
     from_centre = table.position - mass @ table.position / total
@@ -29,7 +29,7 @@ def table_lines(body: Any, scene: Scene, shown: Shown) -> list[PlanLine]:
     lines: list[PlanLine] = [
         ("particles", f"{mass.size}", f"from the table {body.file}, of {each} each"),
         ("columns", " ".join(raw.columns), raw.note),
-        ("units of the file", *_units(raw, scene, shown)),
+        ("units of the file", *_units(raw, scene)),
         ("mass", written(total, "mass")),
         ("extent", extent, f"within {written(float(about.max()), 'length')} of the centre of mass"),
     ]
@@ -43,7 +43,7 @@ def table_lines(body: Any, scene: Scene, shown: Shown) -> list[PlanLine]:
     return [*lines, ("internal energies", f"{low} to {high}")]
 
 
-def _units(table: Table, scene: Scene, shown: Shown) -> tuple[str, str]:
+def _units(table: Table, scene: Scene) -> tuple[str, str]:
     own = table.own
     if table.units is None:
         return (
@@ -54,7 +54,7 @@ def _units(table: Table, scene: Scene, shown: Shown) -> tuple[str, str]:
     if own is None or table.units == UNKNOWN:
         return "none stated", "taken for those of the scene, G = 1"
     if not scene.dimensionless:
-        velocity = shown(own.velocity, "velocity")
-        return f"{shown(own.mass, 'mass')}, {shown(own.length, 'length')}, {velocity}", "as it states"
+        velocity = scene.shown(own.velocity, "velocity")
+        return f"{scene.shown(own.mass, 'mass')}, {scene.shown(own.length, 'length')}, {velocity}", "as it states"
     constant = own.in_itself
     return "its own", "in which G = 1" if constant == 1.0 else f"velocities over the root of G, {constant:.6g} in them"

@@ -14,7 +14,7 @@ from astroinertia.sph.profiles import CORE
 COARSEST = 0.25  # smoothing length over the smallest semi-axis, at the mean density
 
 
-def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant: float) -> list[tuple[str, str, str]]:
+def resolved(scene: Scene, eta: float, neighbours: float) -> list[tuple[str, str, str]]:
     """Name, value and what to change, of the smoothing length, the core and the Jeans mass; nothing for a table."""
     lines = []
     for alone in scene.alone():
@@ -33,7 +33,7 @@ def resolved(scene: Scene, eta: float, neighbours: float, gravitational_constant
             lines.append(_line("core", f"{core:.0f} particles", core < fewest, why, fewest / core))
         fluid = scene.equation_of_state
         if fluid is not None and fluid.kind == "isothermal" and {"gravity", "pressure"} <= set(scene.effects):
-            lines.append(_isothermal(scene, body, neighbours, gravitational_constant))
+            lines.append(_isothermal(scene, body, neighbours))
     return lines
 
 
@@ -51,11 +51,11 @@ def core_share(body: Any) -> float:
     return float(profile.enclosed(np.array(0.5 * (inner + outer))))
 
 
-def _isothermal(scene: Scene, body: Any, neighbours: float, gravitational_constant: float) -> tuple[str, str, str]:
+def _isothermal(scene: Scene, body: Any, neighbours: float) -> tuple[str, str, str]:
     # The Jeans mass of Bate & Burkert (1997) falls with density; below that of two neighbourhoods it is not resolved.
     chosen: Any = scene.equation_of_state
     unit = 2.0 * neighbours * body.mass / body.particles
-    energy = 2.5 * chosen.sound_speed**2 / gravitational_constant
+    energy = 2.5 * chosen.sound_speed**2 / scene.gravitational_constant
     highest = energy**3 / (4.0 / 3.0 * math.pi * unit**2)
     volume = 4.0 / 3.0 * math.pi * body.radius**3 * math.prod(getattr(body, "axes", (1.0, 1.0, 1.0)))
     mean = body.mass / volume

@@ -24,8 +24,9 @@ from astroinertia.scene.fluids import OwnFluid, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
-from astroinertia.scene.text import with_overrides
+from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.sph.kernels import KERNELS, rising_neighbours
+from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, si_unit
 
 MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
@@ -309,6 +310,20 @@ class Scene(Part, metaclass=_Called):
     def dimensionless(self) -> bool:
         """Whether the scene is in code units, with G = 1 and no conversion at either end."""
         return self.units == "code"
+
+    @property
+    def gravitational_constant(self) -> float:
+        """G in its units."""
+        return 1.0 if self.dimensionless else GRAVITATIONAL_CONSTANT
+
+    def shown(self, value: float, dimension: str | Dimension, digits: int = 6) -> str:
+        """A number of it, in its units, as a person reads it."""
+        unit = "" if self.dimensionless or dimension == "dimensionless" else f" {si_unit(dimension)}"
+        return f"{value:.{digits}g}{unit}"
+
+    def time_setting(self, value: float) -> str:
+        """A time of it as settings have it."""
+        return toml_value(value if self.dimensionless else f"{value!r} s")
 
     @property
     def particles(self) -> int | None:

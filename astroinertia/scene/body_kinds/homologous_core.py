@@ -7,7 +7,7 @@ from pydantic import Field
 
 from astroinertia.scene.body_kinds.stretched import Sized, profiles
 from astroinertia.scene.dimensional import Real
-from astroinertia.scene.initial_body import PlanLine, Shown
+from astroinertia.scene.initial_body import PlanLine
 
 
 class HomologousCoreBody(Sized):
@@ -53,13 +53,12 @@ class HomologousCoreBody(Sized):
         core = self.core(1.0, 1.0)
         return -core.internal_energy / core.gravitational_energy
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """With the end of its collapse."""
-        core = self.core(self.mass, self.radius, gravitational_constant)
-        lines = super().describe(scene, gravitational_constant, shown)
-        rate = (
-            "nothing draws it in" if math.isinf(core.collapse_time) else f"over at {shown(core.collapse_time, 'time')}"
-        )
+        core = self.core(self.mass, self.radius, scene.gravitational_constant)
+        lines = super().describe(scene)
+        ends = math.isfinite(core.collapse_time)
+        rate = f"over at {scene.shown(core.collapse_time, 'time')}" if ends else "nothing draws it in"
         return [*lines, ("collapse", f"starts {'from ' * (self.start == 'rest')}{self.start}", rate)]
 
     def check(self, scene: Any) -> None:

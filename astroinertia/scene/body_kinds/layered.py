@@ -6,7 +6,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from astroinertia.scene.dimensional import Mass, PositiveNumber, SpecificEnergy
 from astroinertia.scene.fluids import Part, as_tuple
-from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown
+from astroinertia.scene.initial_body import Body, Count, PlanLine
 from astroinertia.units import shown
 
 _ROCK = 5e3  # kg/m3: what sets the unit of length of a planet whose radius is not known before it is solved for
@@ -80,17 +80,17 @@ class LayeredPlanet(Body):
         """It is in equilibrium, of a size that is found when it is placed."""
         return {"mass": self.mass}
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """Its layers."""
-        particle_mass = shown(self.mass / (self.particles or 1), "mass")
+        particle_mass = scene.shown(self.mass / (self.particles or 1), "mass")
         lines: list[PlanLine] = [
             ("kind", "layered"),
             ("particles", f"{self.particles}", f"of {particle_mass} each"),
-            ("mass", shown(self.mass, "mass")),
+            ("mass", scene.shown(self.mass, "mass")),
         ]
         if self.surface == "full":
             lines.append(("surface", "full", "factors of densities make up for neighbours that are missing"))
         for layer in self.layers:
-            label = shown(layer.isentrope, "specific_energy")
+            label = scene.shown(layer.isentrope, "specific_energy")
             lines.append((f"layer of {layer.material}", f"{layer.mass_fraction:g} of the mass", f"isentrope {label}"))
         return lines

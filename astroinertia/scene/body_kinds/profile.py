@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from astroinertia.scene.body_kinds.stretched import Stretched, Unknown
 from astroinertia.scene.dimensional import Mass, Real
-from astroinertia.scene.initial_body import PlanLine, Shown
+from astroinertia.scene.initial_body import PlanLine
 
 
 class ProfileBody(Unknown, Stretched):
@@ -44,11 +44,11 @@ class ProfileBody(Unknown, Stretched):
         if scene.units in (None, "SI") or scene.dimensionless:
             raise ValueError("[units] with mass and length is needed for a body of kind profile.")
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """Its file and what is taken of it."""
         part = "all of it"
         if self.inner_mass is not None:
-            part = f"the inner {shown(self.inner_mass, 'mass')}"
+            part = f"the inner {scene.shown(self.inner_mass, 'mass')}"
         lines: list[PlanLine] = [("kind", f"profile from {self.file}", part), ("particles", f"{self.particles}")]
         if self.rotation is None:
             lines.append(("shells turn", f"{self.rotation_factor:g} times as fast as the file says", "about z"))

@@ -13,7 +13,6 @@ from astroinertia.scene.initial_body import (
     Body,
     Matrix,
     PlanLine,
-    Shown,
     ascending,
     at_right_angles,
     exactly_one,
@@ -78,13 +77,13 @@ class RigidBody(Body):
         turning = self.turning(rows.T @ np.diag(moments) @ rows, None)
         return {"mass": self.mass, "radius": radius, "moments": ascending(moments), **turning}
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """Its mass and moments."""
-        lines: list[PlanLine] = [("kind", "rigid"), ("mass", shown(self.mass, "mass"))]
+        lines: list[PlanLine] = [("kind", "rigid"), ("mass", scene.shown(self.mass, "mass"))]
         if self.radius is not None:
-            lines.append(("radius", shown(self.radius, "length")))
+            lines.append(("radius", scene.shown(self.radius, "length")))
         if self.moments is not None:
-            moments = ", ".join(shown(moment, "moment_of_inertia") for moment in self.moments)
+            moments = ", ".join(scene.shown(moment, "moment_of_inertia") for moment in self.moments)
             return [*lines, ("principal moments", moments)]
         assert self.moment_ratios is not None
         return [*lines, ("principal moments", numbers(self.moment_ratios), "over mass radius^2")]

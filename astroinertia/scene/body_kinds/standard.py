@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from astroinertia.scene.body_kinds.stretched import Unknown
-from astroinertia.scene.initial_body import Body, Count, PlanLine, Shown
+from astroinertia.scene.initial_body import Body, Count, PlanLine
 
 _MANY = 20_000  # particles, of which lattices have about as many as they are asked for
 UNBOXED = ("noh", "keplerian_disc")  # standard problems that end before a box would
@@ -67,7 +67,7 @@ class StandardBody(Unknown, Body):
         lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
         return len(standard(self.problem).place(round(asked), lengths, scene.equation_of_state.gamma).mass)
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """Its problem."""
         assert self.particles is not None
         placed = self.placed(scene, self.particles)

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from astroinertia.scene.body_kinds.stretched import Unknown
 from astroinertia.scene.dimensional import Speed
-from astroinertia.scene.initial_body import Body, PlanLine, Shown
+from astroinertia.scene.initial_body import Body, PlanLine
 from astroinertia.scene.source import file_of_scene
 from astroinertia.units import shown as readable
 
@@ -64,8 +64,8 @@ class TableBody(Unknown, Body):
             )
         )
 
-    def describe(self, scene: Any, gravitational_constant: float, shown: Shown) -> list[PlanLine]:
+    def describe(self, scene: Any) -> list[PlanLine]:
         """What is in its file."""
         from astroinertia.scene.plan_table import table_lines  # only where there is a file to open
 
-        return table_lines(self, scene, shown)
+        return table_lines(self, scene)
