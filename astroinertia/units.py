@@ -533,7 +533,7 @@ class Option:
 
     A default of None means that what the option describes is absent. `shape` is () for a number, (3,) for a vector and
     (3, 3) for a matrix; `minimum` and `maximum` bound a number, and are themselves allowed unless `exclusive`. `models`
-    are those that it means something to: the others leave it out.
+    are those that it means something to: the others leave it out. `nonzero` is of a vector, whose length must not be.
     """
 
     dimension: str | Dimension
@@ -545,6 +545,7 @@ class Option:
     maximum: float = math.inf
     exclusive: bool = False
     models: tuple[str, ...] = ALL_MODELS
+    nonzero: bool = False
 
 
 def positive(dimension: str | Dimension, default: Any, text: str) -> Option:

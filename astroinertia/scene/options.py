@@ -11,8 +11,6 @@ from astroinertia.scene.dimensional import described, dimensional
 from astroinertia.scene.problems import Problem, nearest, unknown_key, wrong_choice
 from astroinertia.units import LIGHT, SPEED_OF_LIGHT, Default, Option
 
-DIRECTIONS = ("axis", "normal")  # options that say only where something points
-
 
 def effect_options(
     effects: Any, code: bool, table: str = "effects", entries: Mapping[str, Entry] = CATALOGUE, door: Door = EFFECTS
@@ -68,7 +66,7 @@ def _value(path: tuple[str | int, ...], option: Option, value: Any, code: bool) 
             raise Problem(path, f": must be true or false, not {described(value)}.")
         return value
     result = _array(path, option, option.shape, value, code)
-    if path[-1] in DIRECTIONS and not any(result):
+    if option.nonzero and not any(result):
         raise Problem(path, ": must not be a vector of zero length.")
     return result
 

@@ -114,7 +114,7 @@ ENTRY = Entry(
         "time_scale": positive("time", REQUIRED, "time over which velocities decay by a factor e"),
         "rate": Option("angular_velocity", None, "rotation rate that velocities decay to; to rest without it"),
         "rate_change": Option("angular_acceleration", None, "constant change of that rate with time, from time 0"),
-        "axis": Option("dimensionless", AXIS, "axis of that rotation", shape=(3,)),
+        "axis": Option("dimensionless", AXIS, "axis of that rotation", shape=(3,), nonzero=True),
         "until": not_negative("time", None, "when the damping ends; never without it"),
         "frame": choice("what the velocities are relative to", "centre_of_mass", "inertial"),
     },

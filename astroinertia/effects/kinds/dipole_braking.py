@@ -51,9 +51,6 @@ class DipoleBraking(Effect):
             raise ValueError("give either field and radius, or period and period_derivative")
         if by_field[0] and options["index"] != 3.0:
             raise ValueError("the braking index of a field is 3; give period and period_derivative for another one")
-        axis = options["magnetic_axis"]
-        if axis is not None and not any(axis):
-            raise ValueError("the magnetic axis must not have zero length")
         return cls(**options)
 
     def in_units(self, units):
@@ -142,7 +139,7 @@ ENTRY = Entry(
         "speed_of_light": positive("velocity", None, "c, which a field in code units needs; else that of light"),
         "magnetic_axis": Option(
             "dimensionless", None, "in body axes; at right angles to the spin without it", shape=(3,),
-            models=("rigid", "scaling"),
+            models=("rigid", "scaling"), nonzero=True,
         ),
         "period": positive("time", None, "rotation period at which the period grows by period_derivative"),
         "period_derivative": positive("dimensionless", None, "dP/dt, instead of a field"),

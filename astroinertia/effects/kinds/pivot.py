@@ -33,13 +33,6 @@ class Pivot(Effect):
     external: ClassVar[bool] = True
     conservative: ClassVar[bool] = True
 
-    @classmethod
-    def from_options(cls, options):
-        """Refuses a centre of mass at the fixed point."""
-        if not any(options["arm"]):
-            raise ValueError("the arm must not have zero length")
-        return cls(**options)
-
     def place(self, body):
         """The centre of mass from the fixed point, (3,), in inertial axes."""
         return body.attitude.T @ jnp.asarray(self.arm)
@@ -72,7 +65,9 @@ ENTRY = Entry(
     "uniform gravity on a body that turns about a fixed point, such as a top or a pendulum",
     {
         "gravity": Option("acceleration", REQUIRED, "the acceleration of gravity", shape=(3,)),
-        "arm": Option("length", REQUIRED, "from the fixed point to the centre of mass, in body axes", shape=(3,)),
+        "arm": Option(
+            "length", REQUIRED, "from the fixed point to the centre of mass, in body axes", shape=(3,), nonzero=True
+        ),
     },
     "body", "Goldstein, Poole & Safko 2002, section 5.7", ("rigid",), colour="vermillion", made=Pivot, rank=20,
     size=Measure(

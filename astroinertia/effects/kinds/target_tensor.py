@@ -156,7 +156,7 @@ ENTRY = Entry(
         "orientation_stiffness": positive("inverse_time_squared", None, "of the orientation; as stiffness without it"),
         "normal": Option(
             "dimensionless", None, "of the plane that alone is driven, and the third axis where none is given; without "
-            "it all space", shape=(3,),
+            "it all space", shape=(3,), nonzero=True,
         ),
     },
     "particles", "Zajac, Jones & Glazier 2003; Merks et al. 2006", colour="orange", made=TargetTensor, rank=13,

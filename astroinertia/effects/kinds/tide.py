@@ -52,10 +52,8 @@ class Tide(Effect):
 
     @classmethod
     def from_options(cls, options):
-        """Refuses a perturber at the origin, an orbit that its normal is not normal to, and a mixture of two orbits."""
+        """Refuses an orbit that its normal is not normal to, and a mixture of two orbits."""
         position, normal = options["position"], options["normal"]
-        if not any(position):
-            raise ValueError("the position must not be the origin")
         is_closed, is_open = options["period"] is not None, options["pericentre_time"] is not None
         if is_closed and is_open:
             raise ValueError("it needs a period (an ellipse) or a pericentre_time (a parabola or hyperbola), not both")
@@ -64,8 +62,6 @@ class Tide(Effect):
         if is_open and options["eccentricity"] < 1.0:
             raise ValueError("an orbit with a pericentre_time has an eccentricity of at least 1")
         if is_closed or is_open:
-            if not any(normal):
-                raise ValueError("the normal of the orbit must not be zero")
             along = sum(p * n for p, n in zip(position, normal, strict=True))
             if abs(along) > 1e-9 * math.hypot(*position) * math.hypot(*normal):
                 raise ValueError("the normal of the orbit must be perpendicular to the position")
@@ -189,12 +185,12 @@ ENTRY = Entry(
     "a point mass nearby, fixed or on a Kepler orbit about the origin (ellipse, parabola or hyperbola)",
     {
         "mass": positive("mass", REQUIRED, "mass of the perturber"),
-        "position": Option("length", REQUIRED, "where it is: fixed, or at its pericentre", shape=(3,)),
+        "position": Option("length", REQUIRED, "where it is: fixed, or at its pericentre", shape=(3,), nonzero=True),
         "period": positive("time", None, "orbital period; without it the perturber stays where it is"),
         "eccentricity": Option(
             "dimensionless", 0.0, f"of the orbit; at most {MOST_ELLIPTIC} with a period", minimum=0.0, maximum=100.0
         ),
-        "normal": Option("dimensionless", AXIS, "normal of the orbit", shape=(3,)),
+        "normal": Option("dimensionless", AXIS, "normal of the orbit", shape=(3,), nonzero=True),
         "mean_anomaly": Option("dimensionless", 0.0, "at time 0, in radians from the pericentre"),
         "pericentre_time": Option("time", None, "when a parabola or hyperbola (eccentricity >= 1) is nearest"),
         "softening": not_negative("length", 0.0, "Plummer softening of the perturber"),
