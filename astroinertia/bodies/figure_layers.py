@@ -15,6 +15,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 FEWEST_NODES = 6  # of a thin layer
 _PANEL_RATIO = 2.5  # of the radii at the ends of one panel of the outer integral: (s/s')^(2k-2) falls steeply
@@ -69,23 +70,15 @@ def cut_tall_layers(edges: np.ndarray) -> tuple[np.ndarray, list[int]]:
 
 def _lagrange(x: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Values at the points `at` of the polynomials that are 1 at one Chebyshev point x and 0 at the others."""
-    sign = (-1.0) ** np.arange(len(x))
-    sign[[0, -1]] *= 0.5
-    distance = at[..., None] - x
-    hit = distance == 0
-    terms = sign / np.where(hit, 1.0, distance)
-    values = terms / terms.sum(axis=-1, keepdims=True)
-    return np.where(hit.any(axis=-1, keepdims=True), hit, values)
+    order = len(x) - 1
+    return chebyshev.chebvander(at, order) @ np.linalg.inv(chebyshev.chebvander(x, order))
 
 
 def _differentiation(x: np.ndarray) -> np.ndarray:
-    """The matrix d/dx at Chebyshev points (Trefethen 2000, Spectral Methods in MATLAB, ch. 6)."""
-    count = len(x)
-    c = (-1.0) ** np.arange(count)
-    c[[0, -1]] *= 2
-    distance = x[:, None] - x + np.eye(count)
-    matrix = np.outer(c, 1 / c) / distance
-    return matrix - np.diag(matrix.sum(axis=1))
+    """The matrix d/dx at Chebyshev points."""
+    order = len(x) - 1
+    slopes = chebyshev.chebvander(x, order - 1) @ chebyshev.chebder(np.eye(order + 1))
+    return slopes @ np.linalg.inv(chebyshev.chebvander(x, order))
 
 
 @lru_cache(maxsize=256)
