@@ -12,14 +12,15 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from astroinertia.errors import NumericalError
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.roots import bisected
 
-_SERIES_END = 0.04  # xi up to which six terms of the series at the centre are exact to round-off
-HANDOVER = 1.0  # xi at which theta takes over as the independent variable (theta is 0.83 to 0.86 there)
+HANDOVER = 1.0  # xi up to which the series at the centre is taken (theta is 0.83 to 0.86 there)
+_TERMS = 36  # of it, exact to round-off there: it converges up to 3^(1/2) for n -> 5, farther for others
 _SUM_ROUNDS = 1e-9  # of the whole mass
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 
@@ -58,33 +59,21 @@ class LaneEmden:
         return np.where(self.xi > 0, -self.mass / np.where(self.xi > 0, self.xi, 1.0) ** 2, 0.0)
 
 
-def central_series(n: float, xi):
-    """Return theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^10.
+def central_series(n: float, xi, terms: int = 5):
+    """Return theta, -xi^2 theta' and the integral of theta^n xi^4 near the centre, to xi^(2 terms).
 
     theta = sum a_k xi^2k, with theta^n = sum b_k xi^2k from J.C.P. Miller's recurrence and
     a_(k+1) = -b_k / ((2k + 2)(2k + 3)). Source: Chandrasekhar 1939, ch. IV.
     """
+    a, b = np.ones(terms + 1), np.ones(terms + 1)
+    for k in range(1, terms + 1):
+        a[k] = -b[k - 1] / (2 * k * (2 * k + 1))
+        i = np.arange(1, k + 1)
+        b[k] = ((n * i - (k - i)) * a[i]) @ b[k - i] / k
     xi = np.asarray(xi, dtype=float)
-    a: list = [1.0]
-    b: list = [1.0]
-    for k in range(5):
-        a.append(-b[k] / ((2 * k + 2) * (2 * k + 3)))
-        b.append(sum((n * i - (k + 1 - i)) * a[i] * b[k + 1 - i] for i in range(1, k + 2)) / (k + 1))
-    nothing = np.zeros_like(xi)
-    theta = sum((a_k * xi ** (2 * k) for k, a_k in enumerate(a)), start=nothing)
-    mass = sum((-2 * k * a_k * xi ** (2 * k + 1) for k, a_k in enumerate(a)), start=nothing)
-    moment = sum((b_k * xi ** (2 * k + 5) / (2 * k + 5) for k, b_k in enumerate(b[:-1])), start=nothing)
-    return theta, mass, moment
-
-
-def _solve(start: float, end: float, nodes: np.ndarray, slope, values):
-    from scipy.integrate import solve_ivp  # only here: plans of other bodies do without it
-
-    solution = solve_ivp(slope, (start, end), values, method="DOP853", t_eval=nodes, rtol=_RELATIVE, atol=_ABSOLUTE,
-                         max_step=abs(end - start) / 128)  # fmt: skip
-    if not solution.success:
-        raise ArithmeticError(f"Lane-Emden integration failed: {solution.message}")
-    return solution.y
+    square, k = xi**2, np.arange(terms + 1)
+    mass = xi**3 * polyval(square, -2 * k[1:] * a[1:])
+    return polyval(square, a), mass, xi**5 * polyval(square, (b / (2 * k + 5))[:-1])
 
 
 @with_quantities()
@@ -94,8 +83,8 @@ def lane_emden(index: float) -> LaneEmden:
     Towards n = 5, where the radius is infinite, the relative error of xi_1 is about 1e-14/(5 - n), some twenty times
     what the rounding of n itself makes; of the moment ratio it is twice that, and of central_to_mean three times.
 
-    From a series at the centre the integration goes outwards in xi, then inwards in t with theta = t^4: the surface is
-    the end point t = 0, no root needs to be found, and theta^n is smooth enough there for fractional n as well.
+    From a series about the centre the integration goes on in t with theta = t^4: the surface is the end point t = 0, no
+    root needs to be found, and theta^n is smooth enough there for fractional n as well.
 
     >>> print(f"{lane_emden(1.0).moment_ratio:.9f} {2 / 3 * (1 - 6 / np.pi**2):.9f}")  # numerical and exact
     0.261381932 0.261381932
@@ -108,44 +97,42 @@ def _lane_emden(n: float) -> LaneEmden:
     if not 0 <= n < 5:
         raise ValueError(f"a polytrope of finite radius needs an index 0 <= n < 5, not {n}")
 
-    inner = np.linspace(0.0, _SERIES_END, 9)
-    middle = np.linspace(_SERIES_END, HANDOVER, 257)
-    share = np.linspace(1.0, 0.0, 1025)
-    (theta_0, mass_0, _), (theta_1, mass_1, _), (t, xi_2, mass_2, moment_2) = _both_ways(n, inner, middle, share)
-    xi_1, surface = float(xi_2[-1]), float(mass_2[-1])
+    inner = np.linspace(0.0, HANDOVER, 265)
+    theta, mass, _ = central_series(n, inner, _TERMS)
+    t, xi, outer_mass, moment = _envelope(n, np.linspace(1.0, 0.0, 1025))
+    xi_1, surface = float(xi[-1]), float(outer_mass[-1])
     return LaneEmden(
         index=n,
         xi_1=xi_1,
         surface_mass=surface,
-        moment_ratio=float(2 * moment_2[-1] / (3 * surface * xi_1**2)),
+        moment_ratio=float(2 * moment[-1] / (3 * surface * xi_1**2)),
         central_to_mean=xi_1**3 / (3 * surface),
-        xi=np.concatenate([inner[:-1], middle[:-1], xi_2]),
-        theta=np.concatenate([theta_0[:-1], theta_1[:-1], t**4]),
-        mass=np.concatenate([mass_0[:-1], mass_1[:-1], mass_2]),
+        xi=np.concatenate([inner[:-1], xi]),
+        theta=np.concatenate([theta[:-1], t**4]),
+        mass=np.concatenate([mass[:-1], outer_mass]),
     )
 
 
-def _both_ways(n: float, inner: np.ndarray, middle: np.ndarray, share: np.ndarray):
-    """The solution at nodes: xi of the series, then xi up to the handover, then shares of t at the handover.
+def _envelope(n: float, share: np.ndarray) -> tuple[np.ndarray, ...]:
+    """t, xi, -xi^2 theta' and the integral of theta^n xi^4 from the handover to the surface, ascending in radius.
 
-    Each ascends in radius; the second and third begin and end with the ends of their ranges.
+    share: values of t over that at the handover, from 1 to 0.
     """
+    from scipy.integrate import solve_ivp  # only here: plans of other bodies do without it
 
-    def outwards(xi, y):
-        theta_n = y[0] ** n
-        return [-y[1] / xi**2, xi**2 * theta_n, xi**4 * theta_n]
-
-    def inwards(t, y):
+    def slope(t, y):
         xi, mass = y[0], y[1]
         dxi = -4 * t**3 * xi**2 / mass
         theta_n = t ** (4 * n)
         return [dxi, xi**2 * theta_n * dxi, xi**4 * theta_n * dxi]
 
-    start = [float(value) for value in central_series(n, _SERIES_END)]
-    theta, mass, moment = _solve(_SERIES_END, HANDOVER, middle, outwards, start)
-    t = theta[-1] ** 0.25 * share
-    outer = _solve(t[0], 0.0, t, inwards, [HANDOVER, mass[-1], moment[-1]])
-    return central_series(n, inner), (theta, mass, moment), (t, *outer)
+    theta, mass, moment = (float(value) for value in central_series(n, HANDOVER, _TERMS))
+    t = theta**0.25 * share
+    solution = solve_ivp(slope, (t[0], 0.0), [HANDOVER, mass, moment], method="DOP853", t_eval=t, rtol=_RELATIVE,
+                         atol=_ABSOLUTE, max_step=t[0] / 128)  # fmt: skip
+    if not solution.success:
+        raise ArithmeticError(f"Lane-Emden integration failed: {solution.message}")
+    return (t, *solution.y)
 
 
 def nodes_of(index: float, core: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -155,12 +142,9 @@ def nodes_of(index: float, core: np.ndarray, share: np.ndarray) -> tuple[np.ndar
     xi = HANDOVER, from where it is the smooth variable up to the surface t = 0. The result ascends in radius.
     Checked by tests/unit/bodies/test_oscillations.py, through the masses that it gives.
     """
-    series = core < _SERIES_END
-    middle = np.concatenate([[_SERIES_END], core[~series], [HANDOVER]])
-    first, second, third = _both_ways(float(index), core[series], middle, np.concatenate([[1.0], share, [0.0]]))
-    xi = np.concatenate([core, third[1][1:-1]])
-    theta = np.concatenate([first[0], second[0][1:-1], third[0][1:-1] ** 4])
-    return xi, theta, np.concatenate([first[1], second[1][1:-1], third[2][1:-1]])
+    theta, mass, _ = central_series(float(index), core, _TERMS)
+    t, xi, outer_mass, _ = (part[1:-1] for part in _envelope(float(index), np.concatenate([[1.0], share, [0.0]])))
+    return np.concatenate([core, xi]), np.concatenate([theta, t**4]), np.concatenate([mass, outer_mass])
 
 
 def hermite(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.ndarray) -> np.ndarray:
