@@ -19,6 +19,7 @@ from functools import cached_property, lru_cache
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.polytrope import hermite
@@ -27,8 +28,9 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.process.roots import bisected, root_between
 
 GAMMA = 4.0 / 3.0
-_SERIES_END = 0.04  # x up to which four terms of the series at the centre are exact to round-off
-_HANDOVER = 1.0  # x at which t = sqrt(f) takes over as the independent variable
+_HANDOVER = 1.0  # x up to which the series at the centre is taken; t = sqrt(f) is the independent variable beyond
+_LONGEST = 0.1  # step of x to the critical surface
+_TERMS = 30  # of it, exact to round-off there: it converges up to 2.6
 _SURFACE = 0.01  # t below which f^3, at most 1e-12, no longer bends f: it is A + B/x + lambda x^2/6 from there on
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 _NEWTON_STEPS = 60  # of which the critical rate, whose surface is a double root, needs most
@@ -74,39 +76,24 @@ class HomologousProfile:
 
 
 def _centre(rate: float, x):
-    """f, mass and the integrals of f^3 x^4, m f^3 x and f^4 x^2 near the centre, to x^8 of f.
+    """f, mass and the integrals of f^3 x^4, m f^3 x and f^4 x^2 up to the handover.
 
     f = sum a_k x^2k with a_(k+1) = (lambda delta_k0 - b_k)/((2k + 2)(2k + 3)), b the series of f^3, m = sum
     b_k x^(2k+3)/(2k+3).
     """
     x = np.asarray(x, dtype=float)
     a = [1.0]
-    for k in range(4):
+    for k in range(_TERMS - 1):
         cube = np.convolve(np.convolve(a, a), a)[k]
         a.append(((rate if k == 0 else 0.0) - cube) / ((2 * k + 2) * (2 * k + 3)))
-    square = np.convolve(a, a)[:5]
-    b = np.convolve(square, a)[:5]
-    shells = np.array([b[k] / (2 * k + 3) for k in range(5)])
-    weight, fourth = np.convolve(shells, b)[:5], np.convolve(b, a)[:5]
+    k = np.arange(_TERMS)
+    b = np.convolve(np.convolve(a, a), a)[:_TERMS]
+    weight, fourth = np.convolve(b / (2 * k + 3), b)[:_TERMS], np.convolve(b, a)[:_TERMS]
 
     def series(terms, power: int):
-        return sum(term * x ** (2 * k + power) / (2 * k + power) for k, term in enumerate(terms))
+        return x**power * polyval(x**2, terms / (2 * k + power))
 
-    f = sum(term * x ** (2 * k) for k, term in enumerate(a))
-    return f, series(b, 3), series(b, 5), series(weight, 5), series(fourth, 3)
-
-
-def _outwards(rate: float, end: float, nodes=None, events=None):
-    def slope(x, y):
-        cube = y[0] ** 3
-        return [rate * x / 3 - y[1] / x**2, cube * x**2, cube * x**4, y[1] * cube * x, cube * y[0] * x**2]
-
-    start = [float(value) for value in _centre(rate, _SERIES_END)]
-    solution = solve_ivp(slope, (_SERIES_END, end), start, method="DOP853", t_eval=nodes, events=events,
-                         rtol=_RELATIVE, atol=_ABSOLUTE)  # fmt: skip
-    if not solution.success:
-        raise ArithmeticError(f"the integration of a homologous core failed: {solution.message}")
-    return solution
+    return polyval(x**2, a), series(b, 3), series(b, 5), series(weight, 5), series(fourth, 3)
 
 
 @lru_cache(maxsize=1)
@@ -120,11 +107,17 @@ def critical_rate() -> float:
     """
 
     def least(rate: float) -> float:
+        def slope(x, y):
+            return [rate * x / 3 - y[1] / x**2, y[0] ** 3 * x**2]
+
         def bottom(x, y):
             return rate * x**3 / 3 - y[1]  # x^2 f'
 
         bottom.terminal, bottom.direction = True, 1.0  # type: ignore[attr-defined]
-        return _outwards(rate, _FARTHEST, events=bottom).y_events[0][0][0]
+        start = [float(value) for value in _centre(rate, _HANDOVER)[:2]]
+        fallen = solve_ivp(slope, (_HANDOVER, _FARTHEST), start, "DOP853", events=bottom, rtol=_RELATIVE,
+                           atol=_ABSOLUTE, max_step=_LONGEST)  # fmt: skip
+        return fallen.y_events[0][0][0]
 
     return root_between(least, *_BRACKET, 1e-16, 1e-14)
 
@@ -133,8 +126,8 @@ def critical_rate() -> float:
 def homologous_profile(share: float) -> HomologousProfile:
     """The profile of lambda = share of the critical one, accurate to 1e-12 (x_1 of share 1: to 1e-8).
 
-    From a series at the centre the integration goes outwards in x, then in t = sqrt(f), in which dx/dt is bounded at
-    the surface also where f' vanishes there; the last stretch is in closed form. ValueError outside 0 <= share <= 1.
+    From a series about the centre the integration goes on in t = sqrt(f), in which dx/dt is bounded at the surface also
+    where f' vanishes there; the last stretch is in closed form. ValueError outside 0 <= share <= 1.
 
     >>> from astroinertia.bodies.polytrope import lane_emden
     >>> print(f"{homologous_profile(0.0).x_1:.6f} {lane_emden(3.0).xi_1:.6f} {homologous_profile(1.0).x_1:.4f}")
@@ -143,9 +136,9 @@ def homologous_profile(share: float) -> HomologousProfile:
     if not 0.0 <= share <= 1.0:
         raise ValueError(f"a homologous collapse has a rate between 0 and 1 times the critical one, not {share}")
     rate = share * critical_rate()
-    inner, middle = np.linspace(0.0, _SERIES_END, 9), np.linspace(_SERIES_END, _HANDOVER, 257)
-    first, second = np.array(_centre(rate, inner)), _outwards(rate, _HANDOVER, middle).y
-    t = np.linspace(math.sqrt(second[0, -1]), _SURFACE, 1537)
+    inner = np.linspace(0.0, _HANDOVER, 265)
+    first = np.array(_centre(rate, inner))
+    t = np.linspace(math.sqrt(first[0, -1]), _SURFACE, 1537)
 
     def inwards(t, y):
         x, mass = y[0], y[1]
@@ -153,7 +146,7 @@ def homologous_profile(share: float) -> HomologousProfile:
         cube = t**6
         return [dx, cube * x**2 * dx, cube * x**4 * dx, mass * cube * x * dx, cube * t**2 * x**2 * dx]
 
-    solution = solve_ivp(inwards, (t[0], t[-1]), [_HANDOVER, *second[1:, -1]], method="DOP853", t_eval=t,
+    solution = solve_ivp(inwards, (t[0], t[-1]), [_HANDOVER, *first[1:, -1]], method="DOP853", t_eval=t,
                          rtol=_RELATIVE, atol=_ABSOLUTE)  # fmt: skip
     if not solution.success:
         raise ArithmeticError(f"the integration of a homologous core failed: {solution.message}")
@@ -161,9 +154,9 @@ def homologous_profile(share: float) -> HomologousProfile:
     edge, far, f_far, mass_far, sums = _last_stretch(rate, x[-1], t[-1] ** 2, solution.y[1:, -1])
     return HomologousProfile(
         rate, edge, *sums,
-        x=np.concatenate([inner[:-1], middle[:-1], x, far]),
-        f=np.concatenate([first[0, :-1], second[0, :-1], t**2, f_far]),
-        mass=np.concatenate([first[1, :-1], second[1, :-1], mass, mass_far]),
+        x=np.concatenate([inner[:-1], x, far]),
+        f=np.concatenate([first[0, :-1], t**2, f_far]),
+        mass=np.concatenate([first[1, :-1], mass, mass_far]),
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ of relativity (G = c = 1 below; primes are d/dln r; E = e/e_c, p = P/(e_c h_c)):
     U' = 2 U,   W' = 4 pi E - 3 W,   B' = 4 pi rho0/(e_c sqrt f) - 3 B.
 
 Newton's star is the same with h_c = 0 in f and q, and h the specific enthalpy. Piece by piece of the equation of state
-the independent variable is 1 - h/h_c in the inner half and the fourth root of h/h_c outside, so that breaks, jumps of
+the independent variable is h/h_c in the inner half and its fourth root outside, so that breaks, jumps of
 density and the surface are met exactly and fractional powers of the depth are smooth. Perturbations are integrated in
 the same pass (slow_rotation.py).
 
@@ -186,23 +186,15 @@ def structure(
     values = equations.near_centre(depth)
     trail = [(np.array([1 - depth]), np.array(values)[:, None])]
     for piece, (high, low) in zip(pieces, pairwise(fractions), strict=True):
-        if high > _HANDOVER:
+        for begin, end, power in ((min(high, 1 - depth), max(low, _HANDOVER), 1), (min(high, _HANDOVER), low, _ROOT)):
+            if not begin > end:
+                continue
 
-            def inwards(s, y, piece=piece):
-                return equations.slopes(piece, 1 - s, y)
+            def slopes(t, y, piece=piece, power=power):
+                return [-power * t ** (power - 1) * value for value in equations.slopes(piece, t**power, y)]
 
-            start, end = max(1 - high, depth), 1 - max(low, _HANDOVER)
-            depths, states = _integrate(inwards, start, end, values, tolerance)
-            trail.append((1 - depths[1:], states[:, 1:]))
-            values = states[:, -1]
-        if low < _HANDOVER:
-
-            def outwards(t, y, piece=piece):
-                return [-_ROOT * t ** (_ROOT - 1) * value for value in equations.slopes(piece, t**_ROOT, y)]
-
-            start, end = min(high, _HANDOVER) ** (1 / _ROOT), low ** (1 / _ROOT)
-            roots, states = _integrate(outwards, start, end, values, tolerance)
-            trail.append((roots[1:] ** _ROOT, states[:, 1:]))
+            places, states = _integrate(slopes, begin ** (1 / power), end ** (1 / power), values, tolerance)
+            trail.append((places[1:] ** power, states[:, 1:]))
             values = states[:, -1]
 
     fraction = np.concatenate([[1.0], *(part for part, _ in trail)])

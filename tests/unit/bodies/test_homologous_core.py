@@ -21,6 +21,12 @@ def test_the_critical_rate_is_the_published_one_and_its_surface_falls_freely():
     assert mean / core.central_density == pytest.approx(critical_rate(), rel=1e-10)
 
 
+def test_the_critical_rate_and_its_surface_are_those_of_25_digits():
+    # By Taylor series of degree 36 in steps of 1/4, with mpmath: where f and f' vanish together.
+    assert critical_rate() == pytest.approx(0.0065437581239322570, rel=1e-14)
+    assert homologous_profile(1.0).x_1 == pytest.approx(9.8894115041816199, rel=3e-11)
+
+
 def test_the_critical_surface_is_where_an_integration_of_second_order_touches_zero():
     def slope(x, y):
         return [y[1], critical_rate() - y[0] ** 3 - 2 * y[1] / x]
