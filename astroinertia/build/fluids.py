@@ -97,10 +97,7 @@ def entropies(
         raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")
     if _hybrid(scene) or "pressure" not in scene.effects:
         return np.zeros(len(where))
-    if "gravity" not in scene.effects:
-        raise SceneError(
-            "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
-        )
+    refuse_without_equilibrium(scene)
     pressure, density = initial.hydrostatic(where)
     with np.errstate(all="ignore"):
         entropy = (body.pressure_fraction or 1.0) * pressure / density**fluid.gamma
@@ -110,6 +107,17 @@ def entropies(
             "of the run, larger than any number: take a smaller gamma, or other units."
         )
     return entropy
+
+
+def refuse_without_equilibrium(scene: Scene) -> None:
+    """SceneError for a body of an ideal gas that says nothing of its heat, and that no gravity holds."""
+    body, fluid = scene.body, scene.equation_of_state
+    given = body.specific_internal_energy is not None or body.entropy is not None
+    if given or fluid is None or fluid.kind != "ideal" or "pressure" not in scene.effects or "gravity" in scene.effects:
+        return
+    raise SceneError(
+        "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
+    )
 
 
 def _hybrid(scene: Scene) -> bool:

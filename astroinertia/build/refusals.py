@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.build.fluids import refuse_without_equilibrium
+from astroinertia.build.materials import equation
 from astroinertia.build.spheres import sphere
 from astroinertia.build.spin import rotation_amount
 from astroinertia.errors import SceneError
@@ -27,11 +29,14 @@ _ORBIT = "of an orbit at its equator"
 def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
-    It is a star beyond its limits, a body that turns faster than break-up, a table without its heat, electrons that
-    would be lost twice, spheres about the middle of several bodies, error bars of a closed form, or a companion that
-    begins or comes within a rigid body.
+    It is a star beyond its limits, a body that turns faster than break-up, a gas without its heat, a material whose
+    file does not fit it, electrons that would be lost twice, spheres about the middle of several bodies, error bars of
+    a closed form, or a companion that begins or comes within a rigid body.
     """
     _refuse_lost_twice(scene)
+    fluid: Any = scene.equation_of_state
+    for material in fluid.materials if fluid is not None and fluid.kind == "materials" else ():
+        equation(material, scene.origin)
     if scene.bodies and "relativistic_potential" in scene.effects:
         raise SceneError(
             "[effects.relativistic_potential] is the mean of relativity's gravity over spheres about the centre of "
@@ -54,6 +59,8 @@ def refuse_impossible(scene: Scene) -> None:
             _refuse_break_up(alone, units)
             if body.placing == "placing.of_table":
                 _refuse_without_heat(alone)
+            elif body.placing == "placing.of_sphere" and not hasattr(body, "file"):  # which may have its own heat
+                refuse_without_equilibrium(alone)
 
 
 def _refuse_within(scene: Scene, units: CodeUnits) -> None:

@@ -157,6 +157,40 @@ def test_what_counts_as_surely_held_is_below_the_limit() -> None:
         assert exact * 0.99 < most < exact
 
 
+def test_a_gas_without_heat_that_nothing_holds_is_refused_first() -> None:
+    free = SCENE.format(body=POLYTROPE + "rate = 0.1", units='units = "code"\n').replace("[effects.gravity]\n", "")
+    with pytest.raises(SceneError, match="without gravity there is no equilibrium to take it from"):
+        refusals.refuse_impossible(loads(free))
+    refusals.refuse_impossible(loads(free, ["body.entropy=0.3"]))
+    refusals.refuse_impossible(
+        loads(free.replace("[effects.pressure]\n", "[effects.shear_viscosity]\nkinematic_viscosity = 1.0\n"))
+    )
+
+
+def test_a_material_that_its_file_does_not_fit_is_refused_first(tmp_path) -> None:
+    rows = "".join(f"{rho},{u},{0.4 * rho * u}\n" for rho in (1e3, 2e3, 4e3, 8e3) for u in (1e4, 1e5, 1e6, 1e7))
+    (tmp_path / "t.csv").write_text("density,internal_energy,pressure\n" + rows)
+    rock = CORE + 'equation_of_state = {kind = "materials", materials = [{name = "rock", file = "t.csv", %s}]}\n'
+    refusals.refuse_impossible(loads(rock % 'reference_density = "2e3 kg/m3"', origin=str(tmp_path)))
+    with pytest.raises(SceneError, match="the reference_density of rock is outside the densities of its file"):
+        refusals.refuse_impossible(loads(rock % 'reference_density = "2 kg/m3"', origin=str(tmp_path)))
+
+
+@pytest.mark.parametrize(
+    ("scene", "setting", "words"),
+    [
+        ("tennis_racket", "body.velocity_gradient=" + str([["0.1 1/s"] * 3] * 3), "a flow that a rigid body does"),
+        ("riemann_ellipsoid", "body.pressure_fraction=0.5", "pressure_fraction is for a gas"),
+        ("core_to_pulsar_scaling", "body.axes=[1.0, 0.9, 0.8]", "about an axis that the body is not symmetric about"),
+    ],
+)
+def test_plan_refuses_what_no_body_without_particles_can_be(scene, setting, words, capsys) -> None:
+    assert main(["plan", str(SIMS / f"{scene}.toml")]) == 0
+    assert main(["plan", str(SIMS / f"{scene}.toml"), "--set", setting]) == 2
+    (sentence,) = capsys.readouterr().err.splitlines()[-1:]
+    assert words in sentence
+
+
 def test_plan_refuses_in_one_sentence_and_knows_the_star_that_will_be(tmp_path, capsys) -> None:
     file = tmp_path / "star.toml"
     file.write_text(SCENE.format(body=STAR + "axis_ratio = 0.8", units='units = "code"\n'))
