@@ -1,7 +1,7 @@
 """What a step of particles is made of, and what its parts take on a machine."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,14 +29,11 @@ REST_OF_EFFECT = 0.14  # of that rest: each effect's accelerations and its ledge
 BY_GRADIENTS, OF_WHOLE_BODY = 1.5, 3.0  # over that, of what gradients are used by, and of what sorts the whole body
 REST_OF_REGION = 0.35  # over that rest: a ledger of its own
 REST_OF_MATTER = 0.2  # over that rest: pressures of several pieces, or from tables
-# Over the same, of a periodic box: images are made, chosen and put in order, and each of them is summed over. Of few
-# particles every one and every image is looked at in each pass, which takes so much of a particle's own part.
-REST_OF_BOX, REST_OF_IMAGE, REST_OF_IMAGE_OF_FEW, LOOKED_AT = 0.5, 2.0, 0.5, 3.5e-4
+# Over the same, of a periodic box: images are made, chosen and put in order, and each of them is summed over.
+REST_OF_BOX, REST_OF_IMAGE = 0.5, 2.0
 IMAGES_REACH = 1.1  # times that of kernels, that images are made for (engines.periodic)
-# Over the fixed part of that rest: all pairs of so many groups of particles, as in models.sph.limits, of whom it is
-# looked at when they may meet (0.8 to 1.2 in seven scenes of sims/, of 500 and of 5000 particles).
-REST_OF_MEETING, GROUPS = 0.6, 256
-# Over the same: limits of each particle and what several rungs would cost, where one interval is chosen for all.
+# Over the fixed part of that rest: limits of each particle and what several rungs would cost, where one interval is
+# chosen for all.
 REST_OF_CHOICE = 0.25
 PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of the calibration's cloud
 
@@ -45,9 +42,9 @@ PASSES = "density", "gradients", "forces", "multipole"  # of an evaluation of th
 class Counts:
     """Steps of a run; evaluations of particles over their number; ends of intervals. All alike with global steps.
 
-    done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. looked: in what share
-    of the steps it has to be looked at whether matter that is apart may meet. crowding: the mean number of neighbours
-    over that at the start. alike: of individual steps, the share of base steps that are of one interval for all.
+    done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. crowding: the mean
+    number of neighbours over that at the start. alike: of individual steps, the share of base steps that are of one
+    interval for all.
     """
 
     steps: float
@@ -55,7 +52,6 @@ class Counts:
     ends: float
     by: str
     done: tuple[float, ...]
-    looked: float = 0.0
     crowding: float = 1.0
     alike: float = 0.0
 
@@ -63,8 +59,8 @@ class Counts:
         """The same run, ended after so many steps."""
         part = min(1.0, steps / self.steps)
         done = tuple(min(1.0, share / part) for share in self.done)
-        counts = (part * self.steps, part * self.evaluations, part * self.ends)
-        return Counts(*counts, self.by, done, self.looked, self.crowding, self.alike)
+        own, evaluations, ends = part * self.steps, part * self.evaluations, part * self.ends
+        return replace(self, steps=own, evaluations=evaluations, ends=ends, done=done)
 
     def meeting(self, times: float) -> "Counts":
         """The same run, in which steps are shortened to meet so many times, equally far apart.
@@ -85,8 +81,8 @@ class Counts:
             work = work + active * ((met - steps) - (ends - own))
         work = work + (steps - own)
         done = (0.0, *map(float, np.cumsum(work) / work.sum()))
-        totals = float(steps.sum()), float(work.sum()), float(met.sum())
-        return Counts(*totals, self.by, done, self.looked, self.crowding, self.alike)
+        totals = {"steps": float(steps.sum()), "evaluations": float(work.sum()), "ends": float(met.sum())}
+        return replace(self, done=done, **totals)
 
 
 def rounded_up(steps: np.ndarray) -> np.ndarray:
@@ -108,10 +104,7 @@ def evaluation(scene: Scene, particles: int, machine: Machine, crowding: float =
     """
     costs, neighbours = machine.seconds, crowding * smoothing(scene)[1]
     few = experience.few(scene)
-    beyond = 0.0 if scene.box is None else images(scene, particles)
     more = 1.0 - BY_NEIGHBOURS + BY_NEIGHBOURS * neighbours / REFERENCE_NEIGHBOURS
-    if few:
-        more += LOOKED_AT * beyond
     by = "few" if few else scene.precision
 
     def passed(name: str) -> Seconds:
@@ -136,8 +129,8 @@ def evaluation(scene: Scene, particles: int, machine: Machine, crowding: float =
     if scene.regions:
         parts["regions"] = len(scene.regions) * REST_OF_REGION * rest
     if scene.box is not None:
-        of_images = REST_OF_IMAGE_OF_FEW * costs["few.rest"] if few else REST_OF_IMAGE * costs["rest"]
-        parts["images beyond the box"] = REST_OF_BOX * costs["fixed.rest"] + beyond * of_images
+        of_images = REST_OF_IMAGE * images(scene, particles) * costs["rest"]
+        parts["images beyond the box"] = REST_OF_BOX * costs["fixed.rest"] + of_images
     return parts | {"drift, ledger and time step": (1.0 - EFFECTS_IN_REST * REST_OF_EFFECT) * rest}
 
 
@@ -164,14 +157,8 @@ def gravity(scene: Scene, particles: int, machine: Machine) -> Seconds:
 def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine) -> dict[str, Seconds]:
     """What all steps of a run take, by their parts."""
     plain = evaluation(scene, particles, machine, counts.crowding)
-    apart = {}
-    if counts.looked > 0.0 and any(name in plain for name in scene.effects if near(scene, name)):
-        groups = min(1.0, particles / GROUPS)
-        apart["matter that may meet"] = (
-            counts.steps * counts.looked * groups**2 * REST_OF_MEETING * machine.seconds["fixed.rest"]
-        )
     if scene.numerics.timesteps == "global":
-        return {name: counts.steps * cost for name, cost in plain.items()} | apart
+        return {name: counts.steps * cost for name, cost in plain.items()}
     # A few active particles take their share of every pass, and nested sets are summed over again; each base step takes
     # what it does to begin, and each end of an interval what it takes by itself.
     costs = machine.seconds
@@ -188,7 +175,7 @@ def run_of_steps(scene: Scene, particles: int, counts: Counts, machine: Machine)
     ends = within * costs["individual.end"]
     if scene.regions:
         ends = ends + within * len(scene.regions) * REST_OF_REGION * costs["fixed.rest"]
-    return parts | {"beginnings of base steps": begun, "ends of intervals": ends} | apart
+    return parts | {"beginnings of base steps": begun, "ends of intervals": ends}
 
 
 def near(scene: Scene, kind: str) -> bool:

@@ -5,12 +5,14 @@ tests/unit/costs/test_flows.py.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from astroinertia.costs.limits import PARTS, Limits, passed
-from astroinertia.costs.signals import LEAST, agreement, fastest
+from astroinertia.costs.limits import Matter
+from astroinertia.costs.signals import LEAST, fastest
+from astroinertia.effects.kinds.viscosity import agreement
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
@@ -21,8 +23,8 @@ DISORDER = 0.05  # of the speed of sound, with which particles stir their neighb
 TRACERS = 500  # about, at most: of more particles smoothing lengths are shorter, and flows the same
 
 
-def limits(scene: Scene, end: float) -> Limits:
-    """The limits of a body of the kind standard, in code units.
+def matter(scene: Scene, end: float) -> list[Matter]:
+    """The course of a body of the kind standard, in code units.
 
     Problems without an exact flow are taken as they begin.
     """
@@ -31,31 +33,26 @@ def limits(scene: Scene, end: float) -> Limits:
     problem, gamma, numerics = standard(body.problem), fluid.gamma, scene.numerics
     lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
     count = min(body.particles, TRACERS)
-    matter = problem.place(count, lengths, gamma)
-    position, velocity, energy = matter.position, matter.velocity, matter.internal_energy
-    begins = 0.0 if problem.begins is None else problem.begins(float(matter.mass[0]), gamma)
+    placed = problem.place(count, lengths, gamma)
+    position, velocity, energy = placed.position, placed.velocity, placed.internal_energy
+    begins = 0.0 if problem.begins is None else problem.begins(float(placed.mass[0]), gamma)
     eta, neighbours = smoothing(scene)
     kernel = KERNELS[numerics.kernel]
-    times, steps, passing = np.linspace(0.0, end, MOMENTS), [], []
+    times, found = np.linspace(0.0, end, MOMENTS), []
     for time in times[: 1 if problem.exact is None else MOMENTS]:
         around, apart, reach = _neighbourhoods(position, lengths, round(neighbours))
         length = reach / kernel.support
+        density = placed.mass * (eta / length) ** 3
         if time > begins and problem.exact is not None:
             flow = problem.exact(position, float(time), lengths, gamma)
             weight = kernel.w(np, np.linalg.norm(apart, axis=2) / length[:, None]) / kernel.w(np, 0.0)
             velocity, pressure = (_spread(of, around, weight) for of in (flow.velocity, flow.pressure[:, None]))
-            density = matter.mass * (eta / length) ** 3
             energy = pressure[:, 0] / ((gamma - 1.0) * density)
         sound = np.sqrt(gamma * (gamma - 1.0) * energy)
         signal = signals(around, apart, velocity, sound, length, scene.effects.get("viscosity"))
-        steps.append(numerics.courant * np.quantile(length / signal, [0.0, *PARTS]))
-        passing.append(
-            passed(float(length.min()), float(np.linalg.norm(velocity - velocity.mean(axis=0), axis=1).max()))
-        )
+        found.append(Matter(float(time), placed.mass, density, signal))
         position = position + velocity * times[1]
-    finer = (len(matter.mass) / body.placed(scene, body.particles)) ** (1.0 / 3.0)
-    shortest, *below = finer * np.broadcast_to(np.transpose(steps), (1 + len(PARTS), MOMENTS))
-    return Limits(times, shortest, np.array(below), passing=finer * np.broadcast_to(passing, MOMENTS))
+    return found if problem.exact is not None else [found[0], replace(found[0], time=end)]
 
 
 def _spread(values: np.ndarray, around: np.ndarray, weight: np.ndarray) -> np.ndarray:
@@ -84,7 +81,7 @@ def signals(
     turning = 0.5 * ((gradient - gradient.transpose(0, 2, 1)) ** 2).sum(axis=(1, 2))
     converging = np.trace(gradient, axis1=1, axis2=2) ** 2
     disordered = (turning > converging)[:, None] & (np.abs(rate) > mean_sound)
-    trusted = np.where(disordered, 0.0, agreement(mine, other))
+    trusted = np.where(disordered, 0.0, agreement(np, mine, other))
     alpha: Any = 0.0 if viscosity is None else viscosity["alpha_max"]
     if viscosity is not None and viscosity["limiter"] != "none":
         noise = (DISORDER * sound / length) ** 2

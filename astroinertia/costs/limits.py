@@ -1,36 +1,90 @@
-"""What limits the steps of a run in the course of its time."""
+"""What matter allows of a time step, as it is in the course of a run."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-DEPTH = 0.5  # smoothing lengths that matter may go into other matter in one step, as in models.sph.limits
+from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
+from astroinertia.scene.plan import code_units, smoothing
+from astroinertia.scene.schema import Scene
+
 PARTS = (np.arange(20) + 0.5) / 20  # of the matter: below which its limits are known
+LEAST = 1e-300  # of what something is divided by
+STILL = 1e-30  # a signal, below which nothing is
+
+
+@dataclass(frozen=True)
+class Matter:
+    """Parts (K,) of a body at one time, in code units: mass, density, fastest signal, and acceleration."""
+
+    time: float
+    mass: np.ndarray
+    density: np.ndarray
+    signal: np.ndarray
+    acceleration: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)
 class Limits:
-    """At times (K,): the shortest limit of all matter, and the longest step (inf: any).
-
-    below: limits (P, K) that PARTS of the matter are below.
-    passing: from which step on it has to be looked at whether matter that is apart may meet in it. crowding: the mean
-    number of neighbours over that at the start.
-    """
+    """At times (K,): the shortest limit of all matter, limits (P, K) that PARTS of it are below, the longest step."""
 
     times: np.ndarray
     shortest: np.ndarray
     below: np.ndarray
-    longest: np.ndarray | float = np.inf
-    passing: np.ndarray | float = np.inf
-    crowding: np.ndarray | float = 1.0
+    longest: np.ndarray
 
 
-def passed(length: Any, speed: Any) -> Any:
-    """The longest step in which nothing, at most that fast about the middle, goes deep into what is apart."""
-    with np.errstate(over="ignore"):  # of what rests it is infinite
-        return 0.5 * DEPTH * length / np.maximum(speed, 1e-300)
+def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
+    """Those of a body at the times of its course."""
+    factor, units = scene.numerics.free_fall_factor, code_units(scene)
+    times = np.array([matter.time for matter in course])
+    whole = float(course[0].mass.sum())
+    found = np.transpose([_quantiles(allowed(scene, whole, matter), matter.mass) for matter in course])
+    densest = np.array([matter.density.max() for matter in course])
+    longest = np.full_like(times, np.inf) if factor is None else factor / np.sqrt(densest)
+    if scene.numerics.max_timestep is not None:
+        longest = np.minimum(longest, float(units.to_code(scene.numerics.max_timestep, "time")))
+    return Limits(times, found[0], found[1:], np.minimum(longest, _by_options(scene, times)))
 
 
-NOT_KNOWN = Limits(np.zeros(1), np.ones(1), np.ones((len(PARTS), 1)))
-"""Of what nothing is known: limits up to no time."""
+def length(scene: Scene, whole: float, density: np.ndarray) -> np.ndarray:
+    """Smoothing lengths (K,) at densities, of a body of that mass."""
+    body: Any = scene.body
+    return smoothing(scene)[0] * (whole / body.placed(scene, body.particles) / density) ** (1.0 / 3.0)
+
+
+def allowed(scene: Scene, whole: float, matter: Matter) -> np.ndarray:
+    """The shortest limit (K,) of each part of a body of that mass."""
+    numerics, of_length = scene.numerics, length(scene, whole, matter.density)
+    found = [
+        numerics.courant * of_length / np.maximum(matter.signal, STILL),
+        numerics.acceleration_factor * np.sqrt(of_length / np.maximum(matter.acceleration, LEAST)),
+    ]
+    if "gravity" in scene.effects:
+        found.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * matter.density)))
+    if "shear_viscosity" in scene.effects:
+        stated = scene.effects["shear_viscosity"]["kinematic_viscosity"]
+        viscosity = float(code_units(scene).to_code(stated, "viscosity"))
+        found.append(numerics.courant * DIFFUSION_PART * of_length**2 / max(viscosity, LEAST))
+    return np.minimum.reduce(found)
+
+
+def _quantiles(of_parts: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """The least of limits (K,), and those that PARTS of the mass are below."""
+    order = np.argsort(of_parts)
+    return np.interp([0.0, *PARTS], np.cumsum(mass[order]) / mass.sum(), of_parts[order])
+
+
+def _by_options(scene: Scene, times: np.ndarray) -> np.ndarray:
+    """What effects allow at those times, (K,), whose limit follows from their options alone."""
+    units, found = code_units(scene), np.full_like(times, np.inf)
+    for kind, options in scene.effects.items():
+        if (pace := scene.entries[kind].pace) is not None:
+            steps, last = pace(options)
+            until = np.inf if last is None else float(units.to_code(last, "time"))
+            limit = scene.numerics.courant * float(units.to_code(steps, "time"))
+            found = np.minimum(found, np.where(times < until, limit, np.inf))
+    return found

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.build.materials import equation
+from astroinertia.costs.limits import Matter
 from astroinertia.costs.shells import in_balance
 from astroinertia.matter.isentropes import integrated
 from astroinertia.scene.plan import code_units
@@ -22,31 +23,7 @@ SHELLS = 100
 STEP = 0.02  # of ln rho
 LEAST = 0.5  # of the reference density: warm matter without pressure is not much thinner
 MOST_ROUNDS = 200
-NEIGHBOURS = 2.0  # as in models.sph.intervals
-AGREEMENTS = 4  # rounds, in which limits are agreed on over as many times the reach
 SETTLED = 1e-4  # of the densities, a change after which shells are in balance
-
-
-@dataclass(frozen=True)
-class Planet:
-    """Shells (K,) from the centre outwards, in code units: the mass, density and speed of sound of each."""
-
-    mass: np.ndarray
-    density: np.ndarray
-    sound: np.ndarray
-
-    @property
-    def radius(self) -> float:
-        """Of the whole."""
-        return float(_edges(self.mass, self.density)[-1])
-
-    def agreed(self, limits: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Limits of steps (K,), none above twice that of a shell within reach (K,), as of neighbours."""
-        place = _edges(self.mass, self.density)
-        for _ in range(AGREEMENTS):
-            beside = [np.interp(place + side * reach, place, limits) for side in (-1.0, 1.0)]
-            limits = np.minimum(limits, NEIGHBOURS * np.minimum(*beside))
-        return limits
 
 
 @dataclass(frozen=True)
@@ -61,13 +38,13 @@ class Isentrope:
         return np.sqrt(np.interp(density, self.density, np.gradient(self.pressure, self.density)))
 
 
-def planet(scene: Scene) -> Planet | None:
-    """The body of a scene of the kind layered; None where its shells find no balance."""
+def planet(scene: Scene) -> Matter | None:
+    """Shells of the body of a scene of the kind layered, from the centre outwards; None where they find no balance."""
     return _planet(scene.body, scene.equation_of_state, scene.origin, code_units(scene))
 
 
 @lru_cache(maxsize=4)
-def _planet(body: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Planet | None:
+def _planet(body: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Matter | None:
     edges = np.cumsum([layer.mass_fraction for layer in body.layers])
     edges = edges / edges[-1]
     within = np.unique(np.append(np.linspace(0.0, 1.0, SHELLS + 1), edges))  # no shell is of two layers
@@ -83,7 +60,7 @@ def _planet(body: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Plan
             density[own] = np.interp(pressure[own], curve.pressure, curve.density)
             sound[own] = curve.sound(density[own])
         if (np.abs(density - before) < SETTLED * before).all():
-            return Planet(mass, density, sound)
+            return Matter(0.0, mass, density, sound)
     return None
 
 

@@ -27,8 +27,6 @@ OF_AN_EFFECT = 30
 IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is saved with
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 COMPRESSED = 0.75  # a snapshot in the final file
-# Of individual steps without a pilot: as in Evrard's collapse (tests/benchmarks/results/individual_steps.md).
-ACTIVE = 0.5  # of the particles, where intervals end within a base step
 PREPARATION = ("start-up", "compiling", "placing", "solving for planets", "settling")
 # Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
 # 3.4, of companion runs of Dyson's ellipsoid in particles and of a top, and of pilots of tops).
@@ -141,18 +139,7 @@ def counted(scene: Scene) -> Counts | None:
     """
     assert scene.particles is not None
     pilot = piloted.kept(scene)
-    if pilot is not None:
-        return pilot.counts(scene.particles)
-    estimate = course.done(scene)
-    if estimate is None:
-        return None
-    steps, base = float(estimate.steps[-1]), float(estimate.base[-1])
-    done = tuple(map(float, estimate.work / estimate.work[-1]))
-    beside = "an estimate", done, estimate.looked, estimate.crowding
-    if scene.numerics.timesteps == "individual":
-        ends = float(estimate.ends[-1])
-        return Counts(base, base + ACTIVE * (ends - base), ends, *beside, estimate.alike)
-    return Counts(steps, steps, steps, *beside)
+    return course.counted(scene) if pilot is None else pilot.counts(scene.particles)
 
 
 def _times_to_meet(scene: Scene) -> float:

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.costs.signals import agreement, fastest
+from astroinertia.costs.signals import fastest
+from astroinertia.effects.kinds.viscosity import agreement
+from astroinertia.effects.one_zone import Zone
 
 SHELLS = 40
 MOST_STEPS = 12_000  # some 0.6 s of processor time; the collapses of sims/ need up to 7,200
@@ -41,6 +43,25 @@ class Shells:
     turning: np.ndarray
     sink: tuple[float, float] | None = None
     further: Callable[[np.ndarray], np.ndarray] | None = None
+
+    @property
+    def density(self) -> np.ndarray:
+        """Of the shells, (K,)."""
+        return self.mass / _volumes(self.radius)
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Its speed in them, (K,), as the exponent at first has it."""
+        return np.sqrt(self.gamma * self.pressure / self.density)
+
+    def zone(self, expansion: float) -> Zone:
+        """The whole as one zone that grows at a rate: as the edges carry their masses, without any error in balance."""
+        carried, edges = _carried(self.mass), self.radius
+        second = float(carried @ edges**2)
+        weight, turning = float(carried @ (np.cumsum(self.mass) / edges)), float(carried @ (self.turning / edges**2))
+        further = 0.0 if self.further is None else self.further(self.density)
+        pressure = 3.0 * float((self.pressure + further) @ _volumes(edges))
+        return Zone(weight / second, pressure / second, turning / second, self.gamma, expansion)
 
 
 @dataclass(frozen=True)
@@ -123,7 +144,7 @@ def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | No
         apart = side * middle - middle[:, None]
         rate = np.sign(apart) * (side * speed - speed[:, None])
         mine, other = gradient[:, None] * abs(apart), gradient * abs(apart)
-        signal = fastest(rate, sound, viscosity, strength, 0.5 * (mine + other), agreement(mine, other))
+        signal = fastest(rate, sound, viscosity, strength, 0.5 * (mine + other), agreement(np, mine, other))
         seen = abs(apart) < np.maximum(reach[:, None], reach)
         fast = np.maximum(fast, np.where(seen, signal, 0.0).max(axis=1))
     return fast

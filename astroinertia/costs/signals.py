@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.effects.kinds.viscosity import Side, closing, damped
+
 LEAST = 1e-30  # of what something is divided by
 
 
@@ -24,13 +26,7 @@ def fastest(
     signal = sound + np.abs(rate)
     if viscosity is None:
         return signal
-    approach = np.minimum(rate, 0.0)
-    if "reconstruction" in viscosity["limiter"]:
-        approach = np.minimum(np.maximum(rate - trusted * linear, rate), 0.0)
-    drag = alpha * (sound - viscosity["beta"] * approach)
-    return np.maximum(signal, sound - np.minimum(rate, 0.0) + drag)
-
-
-def agreement(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """van Leer's limiter: 1 where both sides see the same gradient, 0 where they see opposite ones."""
-    return np.maximum(4.0 * mine * other / ((mine + other) ** 2 + LEAST), 0.0)
+    inward = np.minimum(rate, 0.0)
+    linear = linear if "reconstruction" in viscosity["limiter"] else 0.0
+    side = Side(0.0, 0.5, sound, alpha * sound, alpha * viscosity["beta"])
+    return np.maximum(signal, damped(np, inward, closing(np, 1.0, rate, 2.0 * linear, trusted), side, side)[2])

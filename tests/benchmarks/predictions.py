@@ -55,17 +55,12 @@ CASES = {
 }
 
 
-def individual(scene: Scene) -> bool:
-    """Whether particles have steps of their own."""
-    return scene.numerics.timesteps == "individual"
-
-
 def case(name: str, settings: tuple[str, ...], with_pilot: bool) -> list[object]:
     """Predict a scene, run it, and give its row."""
     file = SIMS / f"{settings[0]}.toml"
     scene = load.load_file(file, settings[1:])
-    estimate = course.done(scene) if scene.model == "sph" else None
-    guess = None if estimate is None else float((estimate.base if individual(scene) else estimate.steps)[-1])
+    estimate = course.counted(scene) if scene.model == "sph" else None
+    guess = None if estimate is None else estimate.steps
     if with_pilot and scene.model == "sph":
         pilot.run(scene)
     found = predict(scene, machine.current())

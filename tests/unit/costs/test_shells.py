@@ -51,7 +51,7 @@ def test_cores_bounce_when_grids_say(name):
     """Grids of our own, in two dimensions (data/references.toml): the time to 6 %, the density to a fifth."""
     scene = load.load_file(SIMS / f"{name}.toml")
     units = code_units(scene)
-    moments = followed(course._shells(scene, course.sphere_of(scene)), float(units.to_code(scene.time.end, "time")))
+    moments = followed(course.at_start(scene), float(units.to_code(scene.time.end, "time")))
     greatest = np.array([moment.density.max() for moment in moments])
     values = tomllib.loads(data_path("references.toml").read_text())[name]["values"]
     converged = {value["name"]: value["value"] for value in values}
@@ -62,16 +62,16 @@ def test_cores_bounce_when_grids_say(name):
 
 def test_the_demo_takes_as_many_steps_as_are_predicted():
     """1286 steps of 3000 particles, as its run took (guide/performance.md)."""
-    done = course.done(load.load_file(SIMS / "pulsar_collapse.toml"))
+    done = course.counted(load.load_file(SIMS / "pulsar_collapse.toml"))
     assert done is not None
-    assert 1286 / 1.5 < done.steps[-1] < 1286 * 1.5
-    fewer = course.done(load.load_file(SIMS / "pulsar_collapse.toml", ["body.particles=1000"]))
-    assert done.steps[-1] > 1.3 * fewer.steps[-1]
+    assert 1286 / 1.5 < done.steps < 1286 * 1.5
+    fewer = course.counted(load.load_file(SIMS / "pulsar_collapse.toml", ["body.particles=1000"]))
+    assert done.steps > 1.3 * fewer.steps
 
 
 def test_what_takes_too_many_steps_has_no_end(monkeypatch):
     monkeypatch.setattr(shells, "MOST_STEPS", 30)
-    assert course.done(load.load_file(SIMS / "pulsar_collapse.toml")) is None
+    assert course.counted(load.load_file(SIMS / "pulsar_collapse.toml")) is None
 
 
 @pytest.mark.full
@@ -80,7 +80,7 @@ def test_base_steps_that_are_split_are_those_of_free_fall():
     """Half as many where the factor is twice as long, but for those of one interval, which sound limits."""
 
     def base(*settings):
-        return course.done(load.load_file(SIMS / "core_collapse.toml", settings)).base[-1]
+        return course.counted(load.load_file(SIMS / "core_collapse.toml", settings)).steps
 
     whole = base()
     assert 0.5 * whole < base("numerics.free_fall_factor=0.2") < 0.56 * whole
@@ -90,15 +90,15 @@ def test_base_steps_that_are_split_are_those_of_free_fall():
 @pytest.mark.usefixtures("steps_differ")
 def test_intervals_of_base_steps_are_about_as_many_as_a_run_takes():
     """500 particles of this collapse took 681 base steps with 1846 ends of intervals, 57 % of them of several."""
-    done = course.done(load.load_file(SIMS / "core_collapse.toml", ["body.particles=500"]))
-    assert done.base[-1] == pytest.approx(681, rel=0.05)
-    assert 1846 / 1.5 < done.ends[-1] < 1.5 * 1846
+    done = course.counted(load.load_file(SIMS / "core_collapse.toml", ["body.particles=500"]))
+    assert done.steps == pytest.approx(681, rel=0.05)
+    assert 1846 / 1.5 < done.ends < 1.5 * 1846
 
 
 def test_the_innermost_shell_is_what_a_particle_at_the_centre_sees():
     """500 particles of Evrard's cloud, whose density is 1/(2 pi r), saw 2.81 there at first and 271 at most."""
     scene = load.load_file(SIMS / "evrard.toml", ["body.particles=500"])
-    moments = followed(course._shells(scene, course.sphere_of(scene)), 2.0)
+    moments = followed(course.at_start(scene), 2.0)
     density = [moment.density.max() for moment in moments]
     assert density[0] == pytest.approx(2.81, rel=0.1)
     assert max(density) == pytest.approx(271, rel=0.15)
@@ -122,7 +122,7 @@ def test_a_sink_takes_the_shells_that_come_near_and_their_attraction_stays():
 
 
 def test_nothing_is_known_where_a_sink_takes_all():
-    assert course.done(load.load_file(SIMS / "collapse_to_sink.toml", ["effects.sinks.radius=1e30"])) is None
+    assert course.counted(load.load_file(SIMS / "collapse_to_sink.toml", ["effects.sinks.radius=1e30"])) is None
 
 
 def moment(speed, sound=1.0):
@@ -156,8 +156,8 @@ def test_a_core_sees_what_falls_in_from_as_far_as_that_reaches():
 @pytest.mark.parametrize(("settings", "taken"), [((), 1092), (WHOLE, 727)], ids=["as it ships", "whole stress"])
 def test_steps_of_evrards_collapse_are_about_as_many_as_a_run_takes(settings, taken):
     """1000 particles: 848 and 721 are expected; 556 and 500 were where particles saw their own reach alone."""
-    done = course.done(load.load_file(SIMS / "evrard.toml", ["body.particles=1000", *settings]))
-    assert 0.75 * taken < done.steps[-1] < 1.1 * taken
+    done = course.counted(load.load_file(SIMS / "evrard.toml", ["body.particles=1000", *settings]))
+    assert 0.75 * taken < done.steps < 1.1 * taken
 
 
 def test_viscosity_answers_to_what_begins_to_fall():
@@ -197,11 +197,11 @@ def test_a_core_that_has_bounced_makes_its_steps_longer():
     """sims/pulsar_collapse.toml: from 580 to 1800 particles in lists, and from 21 to 43 ms, as was measured."""
     scene = load.load_file(SIMS / "pulsar_collapse.toml")
     end = float(code_units(scene).to_code(scene.time.end, "time"))
-    limits = course._limits(scene, end, False)
-    assert limits.crowding[0] == 1.0
+    _, crowding = course._limits(scene, end)
+    assert crowding[0] == 1.0
     few = load.load_file(SIMS / "pulsar_collapse.toml", ["body.particles=1000"])  # all are looked at anyhow
-    assert course._limits(few, end, False).crowding == 1.0
-    assert limits.crowding[-1] == pytest.approx(1800 / 580, rel=0.35)
-    steps = (evaluation(scene, 3000, machine.shipped(), crowding) for crowding in (1.0, 1800 / 580))
+    assert course._limits(few, end)[1] == 1.0
+    assert crowding[-1] == pytest.approx(1800 / 580, rel=0.35)
+    steps = (evaluation(scene, 3000, machine.shipped(), crowded) for crowded in (1.0, 1800 / 580))
     few, many = (total(parts.values()).processor for parts in steps)
     assert many == pytest.approx(43 / 21 * few, rel=0.3)
