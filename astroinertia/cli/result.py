@@ -94,9 +94,9 @@ def shown(*paths: Path) -> Iterator[None]:
 def must_be_writable(path: Path | None, suffix: str) -> None:
     """SceneError where a file that is asked for does not end so, is in no folder that is there, or cannot be netCDF."""
     if path is not None and suffix == ".nc":
-        from astroinertia.storage.archive import refuse_backslash
+        from astroinertia.storage.archive import refuse_for_netcdf
 
-        refuse_backslash(path, SceneError)
+        refuse_for_netcdf(path, SceneError)
     if path is not None and (path.suffix != suffix or not path.parent.is_dir()):
         raise SceneError(f"{path} cannot be written: it must be a {suffix} file in a folder that is there")
 

@@ -183,6 +183,7 @@ def flow(
             basis = np.column_stack([np.ones(inside.sum()), offset[inside] * size[strip][inside, None] / width])
             moved = velocity[strip][inside][:, plane]
             fit = np.linalg.lstsq(root * basis, root * moved, rcond=1e-3)[0]
-            if (abs(fit[0] - moved.mean(axis=0)) <= BEYOND * np.ptp(moved, axis=0)).all():
+            round_off = 1e-9 * abs(moved).max()  # where all move alike, that is all by which they differ
+            if (abs(fit[0] - moved.mean(axis=0)) <= BEYOND * np.ptp(moved, axis=0) + round_off).all():
                 in_plane[:, row, column] = fit[0]
     return centres, in_plane[0], in_plane[1]

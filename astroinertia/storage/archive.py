@@ -17,6 +17,7 @@ import fcntl
 import json
 import os
 import re
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -403,10 +404,16 @@ def locked(folder: Path) -> Any:
     return lock
 
 
-def refuse_backslash(path: Path, kind: type[AstroinertiaError] = ArchiveError) -> None:
-    """Raise an error where a path, from the root on, has a backslash, which netCDF takes for a slash."""
-    if "\\" in str(path.absolute()):
-        raise kind(f"{path.absolute()} has a backslash, which netCDF takes for a slash; choose another path.")
+def refuse_for_netcdf(path: Path, kind: type[AstroinertiaError] = ArchiveError) -> None:
+    """Raise an error where a path, from the root on, has what netCDF takes for a slash, or cannot open."""
+    whole = str(path.absolute())
+    if "\\" in whole:
+        raise kind(f"{whole} has a backslash, which netCDF takes for a slash; choose another path.")
+    encoding = sys.getfilesystemencoding()
+    try:
+        whole.encode(encoding)
+    except UnicodeEncodeError:
+        raise kind(f"{whole} has bytes that are no {encoding}, which netCDF cannot open; choose another path.") from None
 
 
 def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
@@ -414,7 +421,7 @@ def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
 
     Also for a path that netCDF would take for another.
     """
-    refuse_backslash(folder)
+    refuse_for_netcdf(folder)
     if not folder.is_dir():
         return
     if (folder / SWEEP).exists():

@@ -46,6 +46,14 @@ def test_the_flow_of_a_linear_motion_is_exact():
     np.testing.assert_allclose(up[matter], (gradient[2, 0] * x + gradient[2, 2] * z)[matter], atol=1e-9)
 
 
+def test_a_body_that_moves_as_one_has_its_velocity_throughout():
+    position, velocity = particle_sphere(3000), np.tile([5500.0 / 3, -1200.1, 0.0], (3000, 1))
+    centres, across, up = render.flow(position, velocity, np.ones(3000), np.full(3000, 0.15), (0, 1), 1.2, 9)
+    inside = np.hypot(*np.meshgrid(centres, centres)) < 0.9
+    np.testing.assert_allclose(across[inside], 5500.0 / 3)
+    np.testing.assert_allclose(up[inside], -1200.1)
+
+
 def test_no_flow_is_said_where_particles_on_one_side_would_have_it_faster_than_any_of_them():
     place = np.random.default_rng(3).normal(size=(60, 3)) * [0.05, 0.3, 0.3] + [1.0, 0.0, 0.0]
     velocity = np.outer(40.0 * (place[:, 0] - 1.0), [1.0, 0.0, 0.0])  # steep, across a thin sheet

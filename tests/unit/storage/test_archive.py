@@ -428,6 +428,14 @@ def test_a_folder_that_netcdf_would_take_for_another_is_refused_before_a_run(tmp
         must_be_writable(Path("moments.nc"), ".nc")
 
 
+def test_a_folder_that_netcdf_cannot_open_is_refused_before_a_run(tmp_path):
+    named = tmp_path / os.fsdecode(b"caf\xe9")  # as an older system wrote it
+    with pytest.raises(ArchiveError, match="has bytes that are no utf-8, which netCDF cannot open"):
+        refuse_if_taken(named, METADATA)
+    with pytest.raises(SceneError, match="has bytes that are no utf-8, which netCDF cannot open"):
+        must_be_writable(named / "moments.nc", ".nc")
+
+
 def test_a_folder_with_a_result_or_with_orphaned_segments_is_refused(tmp_path):
     (tmp_path / "star.nc").write_text("a result")
     with pytest.raises(ArchiveError, match=r"already holds a result, star\.nc"):
