@@ -23,7 +23,6 @@ from fair_times import RESULTS, machine as machine_in_words, publish, rows_of
 from astroinertia.costs import course, machine, pilot
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
-from astroinertia.scene.schema import Scene
 
 SIMS = Path(__file__).parents[2] / "sims"
 NOTE = """\
