@@ -14,6 +14,7 @@ import numpy as np
 
 from astroinertia.accuracy import affine_exact as affine
 from astroinertia.bodies.oscillations import radial_modes
+from astroinertia.build.flow import initial_velocity
 from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
 from astroinertia.rotation import free_attitude, free_top
@@ -21,7 +22,6 @@ from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotat
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.profiles import ellipsoid_gravitational_energy
 from astroinertia.units import CodeUnits, pressure_constant_dimension
 
 _DIMENSIONS = {
@@ -96,7 +96,7 @@ def _ellipsoid(scene: Scene, units: CodeUnits, initial: Sphere) -> Exact | None:
     acceleration = _acceleration(scene, units, initial, float(np.linalg.det(start)))
     if acceleration is None:
         return None
-    rate = _flow(scene, units, initial, start) @ start
+    rate = _first_rate(scene, units, initial, start)
     moment, end = initial.mass * initial.profile.second_moment, units.to_code(scene.time.end, "time")
     steady = affine.steady_rates(start, rate, acceleration) if _physical(scene) == {"gravity", "pressure"} else None
     if steady is not None:
@@ -173,27 +173,12 @@ def _entropy(scene: Scene, units: CodeUnits) -> float | None:
     return units.to_code(value, pressure_constant_dimension(fluid.gamma)) if isinstance(value, float) else None
 
 
-def _flow(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) -> np.ndarray:
-    """The gradient of the velocity at first (3, 3): linear flow and rigid rotation."""
-    body = scene.body
-    gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.array(body.velocity_gradient, dtype=float)
-    gradient = units.to_code(gradient, "velocity_gradient")
-    energy = None
-    if "gravity" in scene.effects:
-        energy = ellipsoid_gravitational_energy(initial.profile, initial.mass, np.linalg.svd(start, compute_uv=False))
-    amount = rotation_amount(scene, units, energy is not None)
-    if not amount:
-        return gradient
-    axis = rotation_axis(scene)
-    second = initial.mass * initial.profile.second_moment * start @ start.T
-    about = float(np.trace(second) - axis @ second @ axis)
-    ((measure, value),) = amount.items()
-    if measure == "angular_momentum":
-        value = value / about
-    elif measure == "t_over_w":
-        assert energy is not None  # rotation_amount has seen to it
-        value = np.sqrt(2.0 * value * abs(energy) / about)
-    return gradient + value * np.cross(np.eye(3), axis)  # rows: e_k x n, so that v = (n x) x
+def _first_rate(scene: Scene, units: CodeUnits, initial: Sphere, start: np.ndarray) -> np.ndarray:
+    """dF/dt at first (3, 3), by the velocities of six points that have the body's second moment."""
+    out = np.sqrt(3.0 * initial.profile.second_moment)
+    points = out * np.concatenate([start.T, -start.T])
+    velocity = initial_velocity(scene, units, initial, np.full(6, initial.mass / 6.0), points)
+    return velocity[:3].T / out
 
 
 def _collapse(scene: Scene, units: CodeUnits) -> Exact | None:

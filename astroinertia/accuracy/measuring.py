@@ -4,6 +4,7 @@ Times are of the steps alone, on compiled code: whatever is compiled is compiled
 Tests: tests/unit/accuracy/test_tradeoff.py.
 """
 
+import math
 import shutil
 import time as clock
 from collections.abc import Callable, Sequence
@@ -17,6 +18,7 @@ from astroinertia.accuracy.knobs import Setting, overridden
 from astroinertia.accuracy.selected_observables import SelectedObservable, components, value
 from astroinertia.build.assemble import metadata, prepare
 from astroinertia.costs import experience
+from astroinertia.costs.machine import peak_memory
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
 from astroinertia.run.loop import Progress, run_prepared
@@ -27,7 +29,7 @@ from astroinertia.storage.cache import content_key
 
 _RESULT = "measured.json"
 _WARM_UP_STEPS = 3  # the first sorts and compiles, the second goes on, the third finds all that is compiled
-_STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+_CLEAR = Path("/proc/self/clear_refs")
 _warm: set[Any] = set()  # what this process has compiled
 
 MEMORY_MENTIONED = (
@@ -170,7 +172,7 @@ def _measured(
     return Measured(
         values=values, components={observable.name: components(dataset, observable) for observable in observables},
         step_time=body.step_time, cpu_time=body.cpu_time, wall_time=wall, preparation_time=preparation,
-        peak_memory=_peak(), steps=int(prepared.evolution.steps),
+        peak_memory=peak_memory() if _CLEAR.exists() else math.nan, steps=int(prepared.evolution.steps),
         evaluations=int(getattr(prepared.evolution, "evaluations", prepared.evolution.steps)),
     )  # fmt: skip
 
@@ -212,14 +214,6 @@ def _without_records(scene: Scene) -> tuple[str, ...]:
 def _forget_peak() -> None:
     with suppress(OSError):
         _CLEAR.write_text("5")
-
-
-def _peak() -> float:
-    try:
-        line = next(line for line in _STATUS.read_text().splitlines() if line.startswith("VmHWM"))
-    except (OSError, StopIteration):
-        return float("nan")
-    return 1024.0 * int(line.split()[1])
 
 
 AS_IT_IS = Setting("default", "", ())

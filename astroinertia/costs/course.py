@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.build.flow import linear_flow, rotation_flow, shellular_rotation
 from astroinertia.build.spheres import Sphere, progenitor, stretched
-from astroinertia.build.spin import rotation_amount
 from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES, Counts
@@ -122,10 +122,7 @@ def _limits(scene: Scene, end: float) -> tuple[Limits | None, np.ndarray | float
 
 def _zone(scene: Scene, start: Shells) -> Zone:
     """The shells as one zone, with the flow that they have at first."""
-    body: Any = scene.body
-    gradient = np.zeros((3, 3)) if body.velocity_gradient is None else np.asarray(body.velocity_gradient, dtype=float)
-    swelling = float(code_units(scene).to_code(np.trace(gradient) / 3.0, "velocity_gradient"))
-    zone = start.zone(swelling)
+    zone = start.zone(float(np.trace(linear_flow(scene, code_units(scene), np.eye(3)))) / 3.0)
     return zone if "gravity" in scene.effects else replace(zone, weight=0.0)
 
 
@@ -249,7 +246,7 @@ def at_start(scene: Scene) -> Shells | None:
     thermal = MONATOMIC if fluid is None else fluid.thermal_gamma
     hot = (body.specific_internal_energy or body.entropy) is not None and thermal  # what is hot holds it up
     gamma = thermal if hot or fluid is None else fluid.first_gamma
-    turning = (np.zeros(1) if body.spin is body else _spin(scene, initial, places)) * radius**4
+    turning = _turning(scene, initial, mass, places, radius)
     stiffer = () if fluid is None else fluid.pieces
     pieces = tuple((float(units.to_code(beyond, "density")), exponent) for beyond, exponent in stiffer)
     sinks, sink = scene.effects.get("sinks"), None
@@ -285,11 +282,13 @@ def _pressure(scene: Scene, initial: Sphere, balanced: Shells, places: np.ndarra
     return share * held if constant is None else constant * density**gamma
 
 
-def _spin(scene: Scene, initial: Sphere, s: np.ndarray) -> np.ndarray:
-    """2/3 omega^2 (K,) at distances (K,) from the centre over the radius; 0 where the scene gives no rate."""
-    units = code_units(scene)
-    body: Any = scene.body
-    if initial.shells is not None and body.rotation is None and initial.shells.angular_velocity is not None:
-        rate = initial.shells.at(units.to_code(initial.shells.angular_velocity, "angular_velocity"), s)
-        return 2.0 / 3.0 * (body.rotation_factor * rate) ** 2
-    return np.full_like(s, 2.0 / 3.0 * float(rotation_amount(scene, units, True).get("rate", 0.0)) ** 2)
+def _turning(scene: Scene, initial: Sphere, mass: np.ndarray, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """The mean square of the specific angular momentum (K,) of shells, as six points on each have it."""
+    units, body = code_units(scene), scene.body
+    axes = np.concatenate([np.eye(3), -np.eye(3)])
+    points = (radius[:, None, None] * axes).reshape(-1, 3)
+    if body.rotation is None and isinstance(body, ProfileBody):
+        velocity = shellular_rotation(initial.shells, np.repeat(places, 6), points, body.rotation_factor, units)
+    else:
+        velocity = rotation_flow(scene, units, initial, np.repeat(mass / 6.0, 6), points)
+    return radius**2 * (velocity**2).sum(axis=1).reshape(-1, 6).mean(axis=1)

@@ -84,3 +84,13 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
     cold = load.loads(CLOUD, ["equation_of_state.sound_speed=0.05"])
     assert predict(cold, machine.shipped()) is None
     assert plan_lines.lines(cold, None)[0].value == "not known"
+
+
+@pytest.mark.parametrize("rotation", ["t_over_w=0.05", "angular_momentum=0.2", "rate=0.6"])
+def test_shells_turn_as_the_body_does_however_that_is_said(rotation):
+    scene = load.loads(CLOUD, ["equation_of_state.sound_speed=0.5", f"body.rotation.{rotation}"])
+    start = course.at_start(scene)
+    zone, second = start.zone(0.0), 0.6  # of a uniform sphere: |W| is 0.6, and I is 0.4
+    each = {"t_over_w": 0.05 * 0.6, "angular_momentum": 0.2**2 / 0.8, "rate": 0.5 * 0.4 * 0.6**2}
+    kinetic = each[rotation.split("=")[0]]
+    assert zone.turning * second == pytest.approx(2.0 * kinetic, rel=0.05)  # edges of 40 shells carry their masses
