@@ -18,18 +18,21 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 from scipy.special import hyp2f1
 
 from astroinertia.errors import NumericalError
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.roots import root_between
+from astroinertia.process.roots import bisected
 
 _ROUND = 0.5  # |c/a - 1| below which the closed forms of the symbols lose digits and series are used
 _RELATIVE = 3e-14  # error allowed in a step
 _ABSOLUTE = 1e-17  # the same, of what may pass through zero, over its natural size
 _VANISHED = 1e-20  # a over its start: a spindle, whose time and length have settled to 1e-19
+_BISECTIONS = 90  # to the last places of the angle when a double can tell no less that is left of the time
+_SERIES = [(-1) ** k / math.factorial(2 * k + 3) for k in range(10)]  # of angle - sin(angle), over angle^3
 _LONGEST = 1e6  # of psi, times the initial a/sqrt(G M/a): a collapse takes about one
 
 
@@ -229,8 +232,7 @@ def sphere_free_fall_time(radius: float, mass: float = 1.0, gravitational_consta
 def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_constant: float = 1.0) -> np.ndarray:
     """Return the radius (...,) of a cold sphere let go at rest, at times (...,) from 0 to its free fall.
 
-    r = R cos^2 beta with beta + sin(2 beta)/2 = (pi/2) t/t_ff; ValueError outside.
-    Source: Lin, Mestel & Shu 1965. Test: tests/unit/bodies/test_cold_spheroid.py.
+    ValueError outside. Source: Lin, Mestel & Shu 1965. Test: tests/unit/bodies/test_cold_spheroid.py.
 
     >>> print(sphere_radius(np.array([0.0, 1.0])).round(3))
     [1.    0.351]
@@ -239,22 +241,23 @@ def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_co
     if not ((share >= 0) & (share <= 1)).all():
         raise ValueError("a cold sphere is followed from t = 0 to its free-fall time")
 
-    def cosine(part: float) -> float:
-        """cos beta, by the angle from whichever end is nearer, where the other one's equation has lost its digits."""
-        if part < 0.5:
-            return math.cos(root_between(lambda b: b + math.sin(2 * b) / 2 - math.pi / 2 * part, 0.0, math.pi / 2))
-        left = math.pi / 2 * (1 - part)
-        return math.sin(root_between(lambda b: _cubic_excess(b) - left, 0.0, math.pi / 2))
-
-    return radius * np.array([cosine(part) ** 2 for part in share.ravel()]).reshape(share.shape)
+    return radius * fallen(share)
 
 
-def _cubic_excess(angle: float) -> float:
-    """angle - sin(2 angle)/2, of which the first terms cancel for small angles."""
-    if angle > 0.5:
-        return angle - math.sin(2 * angle) / 2
-    term, total = 2 / 3 * angle**3, 0.0
-    for order in range(2, 14):
-        total += term
-        term *= -4 * angle**2 / ((2 * order) * (2 * order + 1))
-    return total
+def fallen(share) -> np.ndarray:
+    """Return r/R (...,) of what falls freely from rest, at shares (...,) of its free fall: a cycloid, to round-off.
+
+    sin^2 v with v - sin(v) cos(v) = (pi/2)(1 - share). Source: Lin, Mestel & Shu 1965.
+
+    >>> print(fallen(np.array([0.0, 0.5, 1.0])).round(4))
+    [1.     0.8368 0.    ]
+    """
+    left = math.pi / 2 * (1 - np.asarray(share, dtype=float))
+    ends = np.zeros_like(left), np.full_like(left, math.pi / 2)
+    return np.sin(bisected(lambda v: _excess(2 * v) < 2 * left, *ends, _BISECTIONS)) ** 2
+
+
+def _excess(angle: np.ndarray) -> np.ndarray:
+    """angle - sin(angle), by its series where the first terms cancel."""
+    series = angle**3 * polyval(angle**2, _SERIES)
+    return np.where(angle > 1, angle - np.sin(angle), series)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 
+from astroinertia.bodies.cold_spheroid import fallen
 from astroinertia.bodies.polytrope import hermite
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
@@ -280,12 +281,7 @@ class HomologousCore:
             raise ValueError(f"a homologous collapse is known from t = 0 to {end:g}, when it has no size any more")
         if self.deceleration == 0.0:
             return np.ones_like(time)
-        if self.start == "parabolic":
-            return (1 - time / end) ** (2 / 3)
-        # a = cos^2 u; from the end on, v = pi/2 - u: v - sin(v) cos(v) = (pi/2) (1 - t/t_0)
-        left = math.pi / 2 * (1 - time / end)
-        ends = np.zeros_like(left), np.full_like(left, math.pi / 2)
-        return np.sin(bisected(lambda v: v - np.sin(v) * np.cos(v) < left, *ends, _BISECTIONS)) ** 2
+        return (1 - time / end) ** (2 / 3) if self.start == "parabolic" else fallen(time / end)
 
     def time_of(self, scale_factor) -> np.ndarray:
         """When a has come down to values in (0, 1]; ValueError for others, or without collapse."""

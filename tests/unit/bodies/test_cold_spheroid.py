@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -55,6 +56,15 @@ def test_sphere():
             assert motion.polar_rate == pytest.approx(-math.sqrt(2 * (1 / radius - 1 / 3)), rel=1e-12)
     end = ColdSpheroid(3.0, 3.0).collapse()
     assert end.kind == "point" and end.time == ColdSpheroid(3.0, 3.0).free_fall_time
+
+
+@pytest.mark.parametrize("share", [1e-12, 0.1, 0.9, 1 - 2.0**-30, 1 - 2.0**-52])
+def test_the_cycloid_of_free_fall_keeps_its_digits_to_the_end(share):
+    with mpmath.workdps(40):
+        left = mpmath.pi / 2 * (1 - mpmath.mpf(share))
+        angle = mpmath.findroot(lambda v: v - mpmath.sin(v) * mpmath.cos(v) - left, mpmath.cbrt(1.5 * left))
+        exact = float(mpmath.sin(angle) ** 2)
+    assert cold_spheroid.fallen(share) == pytest.approx(exact, rel=1e-15)
 
 
 def test_motion_of_the_rotating_reference_body():
