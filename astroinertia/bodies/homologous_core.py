@@ -23,10 +23,10 @@ from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 
 from astroinertia.bodies.cold_spheroid import fallen
-from astroinertia.bodies.polytrope import hermite
+from astroinertia.bodies.polytrope import enclosing, hermite
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.roots import bisected, root_between
+from astroinertia.process.roots import root_between
 
 GAMMA = 4.0 / 3.0
 _HANDOVER = 1.0  # x up to which the series at the centre is taken; t = sqrt(f) is the independent variable beyond
@@ -35,7 +35,6 @@ _TERMS = 30  # of it, exact to round-off there: it converges up to 2.6
 _SURFACE = 0.01  # t below which f^3, at most 1e-12, no longer bends f: it is A + B/x + lambda x^2/6 from there on
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 _NEWTON_STEPS = 60  # of which the critical rate, whose surface is a double root, needs most
-_BISECTIONS = 60
 _BRACKET, _FARTHEST = (0.006, 0.007), 20.0  # of the critical rate; an x beyond every surface
 
 Start = Literal["rest", "parabolic"]
@@ -327,8 +326,6 @@ class HomologousCore:
         """Radius at t = 0 inside which a given mass lies: bisection on the cumulative mass, to round-off."""
         profile = self.profile
         fraction = np.clip(np.asarray(mass, dtype=float) / self.mass, 0.0, 1.0)
-        cell = np.clip(np.searchsorted(profile.mass, fraction * profile.surface_mass), 1, len(profile.x) - 1)
-        wanted = fraction * profile.surface_mass
-        x = bisected(lambda x: profile.mass_at(x) < wanted, profile.x[cell - 1], profile.x[cell], _BISECTIONS)
+        x = enclosing(profile.x, profile.mass, profile.mass_at, fraction * profile.surface_mass)
         inside = np.where(fraction <= 0.0, 0.0, x * self.scale)
         return np.where(fraction >= 1.0, self.radius, inside)

@@ -9,7 +9,7 @@ Tests: tests/unit/bodies/test_polytrope.py.
 import math
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -22,6 +22,7 @@ from astroinertia.process.roots import bisected
 HANDOVER = 1.0  # xi up to which the series at the centre is taken (theta is 0.83 to 0.86 there)
 _TERMS = 36  # of it, exact to round-off there: it converges up to 3^(1/2) for n -> 5, farther for others
 _SUM_ROUNDS = 1e-9  # of the whole mass
+_BISECTIONS = 60
 _RELATIVE, _ABSOLUTE = 2.3e-14, 1e-20
 
 
@@ -160,6 +161,15 @@ def hermite(nodes: np.ndarray, values: np.ndarray, slopes: np.ndarray, at: np.nd
     return (1 - s) ** 2 * ((1 + 2 * s) * left + s * d_left) + s**2 * ((3 - 2 * s) * right + (s - 1) * d_right)
 
 
+def enclosing(nodes: np.ndarray, masses: np.ndarray, mass_at, wanted: np.ndarray) -> np.ndarray:
+    """The radius inside which `wanted` lies, from the masses inside the nodes and a function: bisection to round-off.
+
+    Checked by tests/unit/bodies/test_polytrope.py and test_homologous_core.py.
+    """
+    cell = np.clip(np.searchsorted(masses, wanted), 1, len(nodes) - 1)
+    return bisected(lambda r: mass_at(r) < wanted, nodes[cell - 1], nodes[cell], _BISECTIONS)
+
+
 @with_quantities()
 @dataclass(frozen=True)
 class Polytrope:
@@ -242,12 +252,6 @@ class Polytrope:
         xi = np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius
         return self.mass * self.solution.mass_at(xi) / self.solution.surface_mass
 
-    @cached_property
-    def _inverse_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        solution = self.solution
-        keep = np.concatenate([[True], np.diff(solution.mass) > 0])
-        return np.cbrt(solution.mass[keep] / solution.surface_mass), solution.xi[keep] / solution.xi_1
-
     @with_quantities()
     def radius_enclosing(self, mass) -> np.ndarray:
         """Radius inside which a given mass lies: bisection on the cumulative mass, to round-off.
@@ -257,11 +261,9 @@ class Polytrope:
         fraction = np.asarray(mass, dtype=float) / self.mass
         if (fraction < -_SUM_ROUNDS).any() or (fraction > 1.0 + _SUM_ROUNDS).any():
             raise ValueError(f"a radius encloses between 0 and the whole mass of {self.mass:g}")
-        fraction = np.clip(fraction, 0.0, 1.0)
-        cube_root, radius = self._inverse_guess
-        cell = np.clip(np.searchsorted(cube_root, np.cbrt(fraction), side="right") - 1, 0, len(cube_root) - 2)
-        share = bisected(
-            lambda r: self.enclosed_mass(r * self.radius) < fraction * self.mass, radius[cell], radius[cell + 1], 60
+        fraction, solution = np.clip(fraction, 0.0, 1.0), self.solution
+        share = (
+            enclosing(solution.xi, solution.mass, solution.mass_at, fraction * solution.surface_mass) / solution.xi_1
         )
         inside = np.where(fraction <= 0.0, 0.0, share * self.radius)
         return np.where(fraction >= 1.0, self.radius, np.where(np.isnan(fraction), fraction, inside))

@@ -75,6 +75,7 @@ INSIDES = {
     "bodies.ellipsoid_stability.families",
     *("bodies.oscillations.radial_spectrum", "bodies.oscillations.nonradial_spectrum"),
     *("bodies.polytrope.central_series", "bodies.polytrope.nodes_of", "bodies.polytrope.hermite"),
+    "bodies.polytrope.enclosing",
     "accuracy.affine_exact",  # exact answers of scenes, computed there
     *("accuracy.analysis.reference_of", "accuracy.tradeoff.stored_exact", "accuracy.measuring"),  # parts of a tradeoff
     "accuracy.budget",  # what it has time for
