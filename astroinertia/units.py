@@ -219,6 +219,15 @@ def shown(text: str, longest: int = 40) -> str:
     return clean if len(clean) <= longest else clean[: longest - 3] + "..."
 
 
+def failure(error: Exception) -> str:
+    """What a user's own code ended with, for a message.
+
+    >>> print(failure(TypeError("not a number")))
+    TypeError: not a number
+    """
+    return f"{type(error).__name__}: {shown(str(error), 200)}"
+
+
 def readable(unit: str, largest: float) -> tuple[float, str] | None:
     """Size and name of the unit in which people read numbers up to `largest` of an SI unit; None if none is known.
 

@@ -187,7 +187,7 @@ def outputs_of(scene: Scene, units: CodeUnits) -> Outputs:
         align=scene.output.align,
         checkpoint_seconds=scene.output.checkpoint_seconds,
         observables=tuple(
-            entry.made(**options_in_code_units(scene.observables[kind], entry.options, units))
+            entry.build(options_in_code_units(scene.observables[kind], entry.options, units))
             for kind, entry in scene.observed.items()
         ),
     )

@@ -28,7 +28,9 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
             if options.get("method") == "auto" and particles is not None:
                 options["method"] = gravity_method(scene, particles)
             try:
-                built.append(in_matter(catalogue.build(kind, options, scene.entries).in_units(units), scene, units))
+                with entry.at_work(ValueError):
+                    effect = catalogue.build(kind, options, scene.entries).in_units(units)
+                built.append(in_matter(effect, scene, units))
             except ValueError as error:
                 raise SceneError(f"[effects.{kind}] {error}") from None
             if kind in scene.own:

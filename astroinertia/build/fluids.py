@@ -38,7 +38,8 @@ def _equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | 
     constant = _constant(scene, units, initial, chosen.first_gamma) if hasattr(chosen, "constant") else None
     matter = chosen.matter(units, constant)
     if chosen.kind == "own" and initial is not None:
-        wrong = import_module("astroinertia.matter.equation").disagreement(matter, _mean_density(scene, initial))
+        with chosen.entry.at_work():
+            wrong = import_module("astroinertia.matter.equation").disagreement(matter, _mean_density(scene, initial))
         if wrong:
             raise ValueError(f"the equation of state {chosen.name} would not conserve energy: {wrong}")
     return matter

@@ -22,7 +22,7 @@ from astroinertia.effects.particle_names import OF_PARTICLES
 from astroinertia.engines.elementwise import by_numpy
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import AbsentError, AstroinertiaError, NumericalError, SceneError
-from astroinertia.units import DIMENSIONLESS, CodeUnits, shown, si_unit, with_unit
+from astroinertia.units import DIMENSIONLESS, CodeUnits, failure, shown, si_unit, with_unit
 
 Array = Any
 _DIMENSIONS = {  # of what a state has that is not named as its dimension is
@@ -149,7 +149,7 @@ def _on_host(effect: Any, state: type, shape: tuple[int, ...], returns: str, *ar
                 values = quantity.to_value("" if code else si_unit(returns))
             values = np.asarray(values)
     except Exception as error:  # whatever a function of the user's own does
-        why = f"{type(error).__name__}: {shown(str(error), 200)}"
+        why = failure(error)
         plain = f"; its state has plain numbers in {'code units' if code else 'SI'}" if "Unit" in why else ""
         raise SceneError(f"{where} failed ({why}){plain}.") from error
     if values.dtype.kind not in "fiu":

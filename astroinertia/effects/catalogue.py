@@ -34,4 +34,4 @@ def build(kind: str, options: Mapping[str, Any] | None = None, entries: Mapping[
         values[name] = value
     if remaining:
         raise ValueError(f"{next(iter(remaining))} is not an option of {kind}")
-    return entries[kind].made.from_options(values)
+    return entries[kind].build(values)

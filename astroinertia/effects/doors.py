@@ -21,7 +21,7 @@ from typing import Any
 
 from astroinertia.effects.entries import Entry
 from astroinertia.errors import SceneError
-from astroinertia.units import ALL_MODELS, Option, shown, si_unit, with_unit, written_quantity
+from astroinertia.units import ALL_MODELS, Option, failure, shown, si_unit, with_unit, written_quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Door:
         made = made_of(thing)
         try:
             text = self._checked(made)
-            said = {"models": tuple(getattr(made, "models", ())), **self.besides(made)}
+            said = {"models": tuple(made.models) if self.models else (), **self.besides(made)}
         except ValueError as error:
             name = shown(getattr(made, "__qualname__", repr(made)))
             raise SceneError(f"{f'{name} of {package}' if package else name} is no {self.thing}: {error}.") from None
@@ -81,20 +81,26 @@ class Door:
             raise ValueError(f"it has no `{absent[0]}`")
         if not is_dataclass(made) or (self.traced and not _is_pytree(made)):
             raise ValueError(f"decorate it with {'@pytree above ' * self.traced}{self.decorated}")
-        kind, options, models = (getattr(made, name, None) for name in ("kind", "options", "models"))
+        kind, options, models, source = (getattr(made, name, None) for name in ("kind", "options", "models", "source"))
+        if not isinstance(source, str):
+            raise ValueError("its `source` must be text")
         if not isinstance(kind, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,63}", kind):
             raise ValueError("its `kind` must be a name of small letters, digits and _")
         if kind in self.taken:
             raise ValueError(f"its kind '{kind}' is the name of a built-in one; choose another")
         own_fields = {field.name: field for field in fields(made)}
-        if not isinstance(options, Mapping) or set(options) != set(own_fields):
-            odd = sorted(set(options) ^ set(own_fields)) if isinstance(options, Mapping) else []
-            raise ValueError(f"its `options` must describe each of its fields{f', but not so {odd[0]}' if odd else ''}")
+        if not isinstance(options, Mapping):
+            raise ValueError("its `options` must describe each of its fields")
+        if odd := sorted(map(str, set(options) ^ set(own_fields))):
+            raise ValueError(f"its `options` must describe each of its fields, but not so {odd[0]}")
+        if plain := [key for key, option in options.items() if not isinstance(option, Option)]:
+            raise ValueError(f"its `options` must describe {plain[0]} by an Option")
         for key, option in options.items() if self.traced else ():
             fixed = option.dimension in ("choice", "boolean")
             if fixed != bool(own_fields[key].metadata.get("static", False)):
                 raise ValueError(f'its field {key} must {"" if fixed else "not "}have the metadata {{"static": True}}')
-        if self.models and (not models or not set(models) <= set(self.models)):
+        some = isinstance(models, Collection) and bool(models) and all(model in self.models for model in models)
+        if self.models and not some:
             raise ValueError(f"its `models` must be some of {', '.join(self.models)}")
         text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
@@ -125,7 +131,7 @@ class Door:
         try:
             made = points[0].load()
         except Exception as error:  # whatever the package does when it is imported
-            why = f"{type(error).__name__}: {shown(str(error), 200)}"
+            why = failure(error)
             raise SceneError(f"the {self.thing} '{kind}' of {packages[0]} cannot be imported ({why}).") from error
         entry = self.entry_of(made, packages[0])
         if made.kind != kind:

@@ -16,7 +16,7 @@ from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.units import CodeUnits, Option, shown
+from astroinertia.units import CodeUnits, Option, failure
 
 PARTS = (
     "breaks",
@@ -62,8 +62,7 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
         except AstroinertiaError:
             raise
         except Exception as error:  # whatever a class of the user's own does
-            why = f"{type(error).__name__}: {shown(str(error), 200)}"
-            raise SceneError(f"the part {name} of the effect '{kind}' failed ({why}).") from error
+            raise SceneError(f"the part {name} of the effect '{kind}' failed ({failure(error)}).") from error
         if value is None:
             return value
         if name in _OF_EACH:

@@ -1,11 +1,13 @@
 """What the catalogue of effects is made of: an entry for each, which stands beside its class."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from astroinertia.effects.measure import Measure
-from astroinertia.units import Option, choice
+from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.units import Option, choice, failure
 
 Cost = Literal["particles", "neighbours", "all pairs", "body"]
 Pace = Callable[[Mapping[str, Any]], tuple[float, float | None]]
@@ -59,6 +61,23 @@ class Entry:
     def described(self) -> str:
         """What it is, where it comes from, and where its equations do."""
         return "; ".join(filter(None, [self.text, f"from {self.origin}", self.source]))
+
+    def build(self, options: Mapping[str, Any]) -> Any:
+        """The thing with these options; ValueError, in one sentence, where they contradict each other."""
+        with self.at_work(ValueError):
+            return self.made.from_options(dict(options))
+
+    @contextmanager
+    def at_work(self, *said: type[Exception]) -> Iterator[None]:
+        """Within, what a class that is not of this package fails with is a SceneError that names it; all but `said`."""
+        try:
+            yield
+        except (AstroinertiaError, *said):
+            raise
+        except Exception as error:
+            if not self.origin:
+                raise
+            raise SceneError(f"the {self.made.kind} of {self.origin} failed ({failure(error)}).") from error
 
 
 FRAME = choice("the axes that it is given in", "inertial", "body")  # of torques

@@ -13,6 +13,7 @@ from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door
 from astroinertia.effects.effect import Effect
 from astroinertia.effects.entries import Cost
+from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
 
@@ -26,6 +27,8 @@ _PARTS_OF = {
 
 def _besides(made: Any) -> dict[str, Any]:
     """What the parts of a class say of it; ValueError where a model that it names has none."""
+    if not isinstance(made.size, Measure | None):
+        raise ValueError("its `size` must be a Measure")
     having = [model for model, parts in _PARTS_OF.items() if _has(made, *parts)]
     if having and (without := [model for model in made.models if model in _PARTS_OF and model not in having]):
         what = f"it has parts for {' and '.join(having)} and none for {without[0]}, which its `models` name"

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from astroinertia.observables.quantities import BodyState
 from astroinertia.units import ALL_MODELS, Dimension, Option
@@ -28,6 +28,11 @@ class Observable(ABC):
     """Each field: its dimension, default, limits and meaning."""
     source: ClassVar[str] = ""
     """Where its equation comes from."""
+
+    @classmethod
+    def from_options(cls, options: Mapping[str, Any]) -> Self:
+        """The observable from its options; ValueError, in one sentence, where they contradict each other."""
+        return cls(**options)
 
     @abstractmethod
     def value(self, body: BodyState) -> Any:

@@ -23,7 +23,7 @@ from astroinertia.observables.quantities import (
     BodyState,
     Quantity,
 )
-from astroinertia.units import DIMENSIONS, Dimension, shown, si_unit
+from astroinertia.units import DIMENSIONS, Dimension, failure, si_unit
 
 SIZES = {name: len(LABELS[name][0]) for name in ("i", "j", "principal", "mode")}
 PARTICLES = ("sph",)  # models of an observable that is given the particles
@@ -106,8 +106,7 @@ def _value(observable: Observable, body: BodyState) -> np.ndarray:
         with np.errstate(all="ignore"):  # NaN is a value
             value = np.asarray(observable.value(body))
     except Exception as error:  # whatever a class of the user's own does
-        why = f"{type(error).__name__}: {shown(str(error), 200)}"
-        raise SceneError(f"{name} failed at step {body.step} ({why}).") from error
+        raise SceneError(f"{name} failed at step {body.step} ({failure(error)}).") from error
     if value.dtype.kind not in "fiub":
         raise SceneError(f"{name} gave no real numbers at step {body.step}, but {value.dtype.name}.")
     if value.shape != shape:

@@ -157,7 +157,8 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
     fluid: Any = scene.equation_of_state
     mass, weight = numbers["mass"], numbers["gravitational"]
     if fluid is not None and fluid.kind == "own":
-        return _own_heat(fluid.matter(), body, mass, density, weights)
+        with fluid.entry.at_work():
+            return _own_heat(fluid.matter(), body, mass, density, weights)
     gamma = MONATOMIC if fluid is None else fluid.first_gamma
     if body.specific_internal_energy is not None:
         energy = body.specific_internal_energy * mass

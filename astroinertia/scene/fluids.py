@@ -96,4 +96,4 @@ class OwnFluid(Fluid):
 
         ValueError, in one sentence, where its options contradict each other.
         """
-        return self.entry.made.from_options(options_in_code_units(self.options, self.entry.options, units))
+        return self.entry.build(options_in_code_units(self.options, self.entry.options, units))

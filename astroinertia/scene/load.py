@@ -314,7 +314,7 @@ def _of_own_kind(table: dict[str, Any], door: Door, given: Mapping[str, Entry], 
     others = {name: value for name, value in table.items() if name not in of_any}
     options = options_of((door.table,), entry.options, others, code)
     try:
-        entry.made.from_options(options)
+        entry.build(options)
     except ValueError as error:
         raise Problem((door.table,), f" {error}", table=True) from None
     return {**common, "kind": "own", "name": kind, "options": options, "entry": entry}
@@ -329,7 +329,7 @@ def _observables(tables: dict[str, Any], code: bool, classes: Mapping[str, Entry
         if model in ALL_MODELS and model not in entry.models:
             raise Problem((table, kind), f" belongs to the model {' or '.join(entry.models)}, not {model}.", table=True)
         try:
-            entry.made(**options[kind])
+            entry.build(options[kind])
         except ValueError as error:
             raise Problem((table, kind), f" {error}", table=True) from None
     return {"observables": options, "observed": entries}

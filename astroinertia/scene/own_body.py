@@ -74,14 +74,15 @@ class OwnBody(Body):
 
         ValueError, in one sentence, where its options contradict each other.
         """
-        return self.entry.made.from_options(options_in_code_units(self.options, self.entry.options, units))
+        return self.entry.build(options_in_code_units(self.options, self.entry.options, units))
 
     def refused(self, what: object) -> SceneError:
         """The error that names it and where it comes from."""
         return SceneError(f"[body] the {self.name} of {self.entry.origin} {plain(str(what), 300)}.")
 
     def _stated(self, name: str) -> float | None:
-        value = getattr(self.made(), name, None)
+        with self.entry.at_work():
+            value = getattr(self.made(), name, None)
         if value is None:
             return None
         if not isinstance(value, int | float) or not (math.isfinite(value) and value > 0.0):
@@ -103,7 +104,8 @@ class OwnBody(Body):
     def characteristic(self) -> dict[str, Any]:
         """What its class states."""
         try:
-            stated = {**self.made().characteristic(), "mass": self.mass, "radius": self.radius}
+            with self.entry.at_work(TypeError, ValueError):
+                stated = {**self.made().characteristic(), "mass": self.mass, "radius": self.radius}
             odd = sorted(set(stated) - {field.name for field in fields(Characteristic)})
             numbers = [value for value in stated.values() if value is not None]
             right = not odd and all(np.isfinite(np.asarray(value, dtype=float)).all() for value in numbers)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from astroinertia.sph.cells import centres
-from astroinertia.units import Option
+from astroinertia.units import Option, failure
 
 SHAPES = {"mass": (), "position": (3,), "velocity": (3,), "internal_energy": ()}
 """What `particles` returns, and the shape that one particle has of it."""
@@ -69,7 +69,7 @@ def particles(body: Body, count: int, seed: int) -> dict[str, np.ndarray]:
         placed = body.particles(count, np.random.default_rng(seed))
         arrays = {name: np.asarray(array, dtype=float) for name, array in placed.items()}
     except Exception as error:  # whatever the class does
-        raise ValueError(f"cannot be placed ({type(error).__name__}: {error})") from error
+        raise ValueError(f"cannot be placed ({failure(error)})") from error
     if not {"mass", "position"} <= set(arrays) <= set(SHAPES):
         raise ValueError(
             f"has particles with {', '.join(arrays)}: they need mass and position, and may have velocity and "
