@@ -77,10 +77,7 @@ def dragged_gyroscope(
 
 
 @with_quantities()
-def relativistic_pericentre(
-    gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0,
-    speed_of_light: float = SPEED_OF_LIGHT,
-) -> Array:  # fmt: skip
+def relativistic_pericentre(gravitational_parameter: Array, semi_major_axis: Array, eccentricity: Array = 0.0) -> Array:
     """The rate at which mass alone advances a pericentre, 3 n G M/(c^2 a (1 - e^2)), rad s-1.
 
     gravitational_parameter: of both bodies together, n^2 a^3 = G M. Source: Einstein 1915; Robertson 1938, Ann. Math.
@@ -93,7 +90,7 @@ def relativistic_pericentre(
     a = np.asarray(semi_major_axis, dtype=float)
     require_ellipse(a, eccentricity)
     parameter = np.asarray(gravitational_parameter, dtype=float)
-    return 3 * np.sqrt(parameter**3 / a**5) / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
+    return 3 * np.sqrt(parameter**3 / a**5) / (SPEED_OF_LIGHT**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
 def _dragging(angular_momentum: Array, semi_major_axis: Array, eccentricity: Array) -> Array:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -104,33 +104,40 @@ def free_top(moments: Sequence[Number], angular_velocity: Sequence[Number]) -> F
             "sense": sense,
         }
         if not any(torques):
-            amplitudes = np.array([float(a), float(b), float(c)])
-            zero = Decimal(0)
-            return FreeTop(motion="steady", amplitudes=amplitudes, argument_rate=zero, argument_start=zero,
-                           modulus=None, **common)  # fmt: skip
-        of_a, of_b, of_c = coefficients[::sense]
-        around_a, around_c = of_c * b**2 + of_b * c**2, of_b * a**2 + of_a * b**2  # constants of the motion
-        amplitudes = [decimal(square).sqrt() for square in (around_c / of_b, around_c / of_a, around_a / of_b)]
-        amplitudes[2] = amplitudes[2].copy_sign(decimal(c))
-        amplitudes[1] = amplitudes[1].copy_sign(sense * decimal(c))
-        argument_rate = decimal(of_a * around_a).sqrt()
-        sine, cosine = decimal(b) / amplitudes[1], decimal(a) / amplitudes[0]
-        if separation == 0:
-            modulus, motion = None, "separatrix"
-            # artanh of the sine, by what does not cancel: cn = sech u
-            start = ((1 + abs(sine)) / abs(cosine)).ln().copy_sign(sine)
-            if cosine < 0:  # sech is positive: the other branch, on which a and b are reversed
-                amplitudes[0], amplitudes[1], start = -amplitudes[0], -amplitudes[1], -start
+            still = np.array([float(a), float(b), float(c)])
+            motion = {"motion": "steady", "amplitudes": still, "argument_rate": Decimal(0),
+                      "argument_start": Decimal(0), "modulus": None}  # fmt: skip
         else:
-            motion = "periodic"
-            modulus = Modulus(
-                decimal(of_c * around_c / (of_a * around_a)), decimal(of_b * abs(separation) / (of_a * around_a))
-            )
-            start = modulus.incomplete(
-                sine, decimal(a**2 * of_b / around_c), decimal(c**2 * of_b / around_a), ahead=a >= 0
-            )
-        return FreeTop(motion=motion, amplitudes=np.array([float(amplitude) for amplitude in amplitudes]),
-                       argument_rate=argument_rate, argument_start=start, modulus=modulus, **common)  # fmt: skip
+            motion = _circling((a, b, c), coefficients[::sense], abs(separation), sense)
+        return FreeTop(**common, **motion)
+
+
+def _circling(
+    rates: tuple[Fraction, ...], coefficients: tuple[Fraction, ...], separation: Fraction, sense: int
+) -> dict[str, Any]:
+    """Amplitudes and elliptic functions of motion that is not steady, from the rates about a, b and c at time 0.
+
+    d omega/dt of each is its coefficient times the other two; within `digits()`.
+    """
+    a, b, c = rates
+    of_a, of_b, of_c = coefficients
+    around_a, around_c = of_c * b**2 + of_b * c**2, of_b * a**2 + of_a * b**2  # constants of the motion
+    amplitudes = [decimal(square).sqrt() for square in (around_c / of_b, around_c / of_a, around_a / of_b)]
+    amplitudes[2] = amplitudes[2].copy_sign(decimal(c))
+    amplitudes[1] = amplitudes[1].copy_sign(sense * decimal(c))
+    sine, cosine = decimal(b) / amplitudes[1], decimal(a) / amplitudes[0]
+    if separation == 0:
+        modulus, motion = None, "separatrix"
+        # artanh of the sine, by what does not cancel: cn = sech u
+        start = ((1 + abs(sine)) / abs(cosine)).ln().copy_sign(sine)
+        if cosine < 0:  # sech is positive: the other branch, on which a and b are reversed
+            amplitudes[0], amplitudes[1], start = -amplitudes[0], -amplitudes[1], -start
+    else:
+        motion = "periodic"
+        modulus = Modulus(decimal(of_c * around_c / (of_a * around_a)), decimal(of_b * separation / (of_a * around_a)))
+        start = modulus.incomplete(sine, decimal(a**2 * of_b / around_c), decimal(c**2 * of_b / around_a), ahead=a >= 0)
+    return {"motion": motion, "amplitudes": np.array([float(amplitude) for amplitude in amplitudes]),
+            "argument_rate": decimal(of_a * around_a).sqrt(), "argument_start": start, "modulus": modulus}  # fmt: skip
 
 
 @with_quantities()
@@ -181,7 +188,20 @@ def wobble_rate(top: FreeTop) -> float:
         return top.sense * float(PI * top.argument_rate / (2 * top.modulus.quarter))
 
 
-def clock(top: FreeTop) -> Clock:
+class _Argument(Protocol):
+    """What a free or a heavy top has: u = argument_start + argument_rate t, and its modulus where it is periodic."""
+
+    @property
+    def argument_rate(self) -> Decimal: ...
+
+    @property
+    def argument_start(self) -> Decimal: ...
+
+    @property
+    def modulus(self) -> Modulus | None: ...
+
+
+def clock(top: _Argument) -> Clock:
     """Turns of 4K of the argument of the elliptic functions, for periodic motion."""
     assert top.modulus is not None
     with digits():
@@ -189,7 +209,7 @@ def clock(top: FreeTop) -> Clock:
         return Clock(top.argument_start / whole, top.argument_rate / whole)
 
 
-def elliptic_functions(top: FreeTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def elliptic_functions(top: _Argument, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """cn, sn and dn (...,) of the argument, of motion that is not steady; sech, tanh and sech on the separatrix."""
     if top.modulus is not None:
         sn, cn, dn = jacobi(top.modulus, *clock(top).turns(times))

@@ -32,12 +32,10 @@ from astroinertia.rotation.elliptic import (
     decimal,
     digits,
     exact,
-    hyperbolic,
-    jacobi,
     sine_and_cosine,
     unit,
 )
-from astroinertia.rotation.free_top import checked_times
+from astroinertia.rotation.free_top import checked_times, clock, elliptic_functions
 from astroinertia.rotation.ripple import limit_ripple, phase_ripple
 
 Array = Any
@@ -170,7 +168,7 @@ def body_angular_velocity(top: HeavyTop, times: Array, spin: float = 0.0) -> np.
     """
     times = checked_times(times)
     sine, cosine = _half_tilt(top, times)
-    sn, cn, dn = _jacobi(top, times)
+    cn, sn, dn = elliptic_functions(top, times)
     with digits():
         slope, falling, rising = (float(number) for number in (top.range * top.argument_rate, top.falling, top.rising))
         passing = float((2 / top.range).sqrt()) if top.range else 0.0
@@ -303,24 +301,9 @@ def _mean_rates(top: HeavyTop) -> tuple[Decimal, Decimal]:
     return falling + rising, top.axial_rate * (top.ratio - 1) - falling + rising
 
 
-def _jacobi(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    if top.modulus is None:
-        sech, tanh = hyperbolic(top.argument_rate, top.argument_start, times)
-        return tanh, sech, sech
-    return jacobi(top.modulus, *_turns(top, times))
-
-
-def _turns(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    assert top.modulus is not None
-    with digits():
-        whole = 4 * top.modulus.quarter
-        clock = Clock(top.argument_start / whole, top.argument_rate / whole)
-    return clock.turns(times)
-
-
 def _half_tilt(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Sine and cosine of half the tilt (...,), with a sign where the axis passes through the vertical."""
-    sn, cn, _ = _jacobi(top, times)
+    cn, sn, _ = elliptic_functions(top, times)
     highest, lowest, reach = (float(number) for number in (top.highest, top.lowest, top.range))
     sine = np.sqrt(0.5 * (highest + reach * cn**2)) if highest else math.sqrt(0.5 * reach) * cn
     if lowest:
@@ -334,7 +317,7 @@ def _phases(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         clocks = [Clock(Decimal(0), rate / (2 * PI)) for rate in _mean_rates(top)]
     (falling, rising), (falling_start, rising_start) = _ripples(top, times), _ripples(top, np.zeros(()))
     falling, rising = falling / falling_start, rising / rising_start
-    around, about = (unit(*clock.turns(times)) for clock in clocks)
+    around, about = (unit(*each.turns(times)) for each in clocks)
     return around * falling * rising, about * np.conj(falling) * rising
 
 
@@ -346,9 +329,9 @@ def _ripples(top: HeavyTop, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         up = (top.lowest + top.range) / top.lowest if top.rising else Decimal(1)
         down = top.highest / (top.highest + top.range) if top.falling else Decimal(1)
     if top.modulus is None:
-        rising = limit_ripple(up, _jacobi(top, times)[0]) if top.rising else one
+        rising = limit_ripple(up, elliptic_functions(top, times)[1]) if top.rising else one
     else:
-        quarters, rest = _turns(top, times)
+        quarters, rest = clock(top).turns(times)
         if top.rising:
             rising = phase_ripple(top.modulus, up, quarters, rest)
         if top.falling:  # its greatest rate is at the other end, a quarter later

@@ -160,15 +160,13 @@ def geodesic_precession(
 
 @with_quantities(companion_parameter="m3 s-2")
 def geodetic_precession_of_binary(
-    orbital_period: Array, gravitational_parameter: Array, companion_parameter: Array, eccentricity: Array = 0.0,
-    speed_of_light: float = SPEED_OF_LIGHT,
-) -> Array:  # fmt: skip
+    orbital_period: Array, gravitational_parameter: Array, companion_parameter: Array, eccentricity: Array = 0.0
+) -> Array:
     """The rate at which the spin of one of two compact bodies precesses about the orbit's normal, rad s-1.
 
     (2 pi/P)^(5/3) m2 (4 m1 + 3 m2)/(2 M^(4/3)) (G/c^3)^(2/3)/(1 - e^2), of the body m1 (its GM is
-    `gravitational_parameter`)
-    and its companion m2; with m1 -> 0 it is `geodesic_precession`. Source: Barker & O'Connell 1975, Phys. Rev. D 12,
-    329, (54).
+    `gravitational_parameter`) and its companion m2; with m1 -> 0 it is `geodesic_precession`. Source: Barker &
+    O'Connell 1975, Phys. Rev. D 12, 329, (54).
 
     >>> sun = 1.32712e20
     >>> rate = geodetic_precession_of_binary(8834.5, 1.249 * sun, 1.338 * sun, 0.0878)
@@ -179,7 +177,7 @@ def geodetic_precession_of_binary(
     n = 2 * np.pi / np.asarray(orbital_period)
     require_ellipse(1.0, eccentricity)
     shape = other * (4 * own + 3 * other) / (2 * (own + other) ** (4 / 3))
-    return n ** (5 / 3) * shape / (speed_of_light**2 * (1 - np.asarray(eccentricity) ** 2))
+    return n ** (5 / 3) * shape / (SPEED_OF_LIGHT**2 * (1 - np.asarray(eccentricity) ** 2))
 
 
 @with_quantities(luni_solar_rate="rad/s", pole_rate="rad/s")
