@@ -85,6 +85,29 @@ def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:
     return pressures[::-1]
 
 
+def _second_moment(solution: Solution) -> float:
+    """The integral of rho r^2 dV, by parts."""
+    fifth = solution.shape**5 @ solution.sphere.weights
+    total = 0.0
+    for layer, part, rho in zip(solution.layers, node_ranges(solution.layers), solution.densities, strict=True):
+        f = fifth[part]
+        inside = layer.top**5 * (layer.inner[1, -1] @ (f * (layer.slope @ rho)))
+        total += 4 * math.pi / 5 * (layer.top**5 * f[-1] * rho[-1] - layer.bottom**5 * f[0] * rho[0] - inside)
+    return float(total)
+
+
+def _energies(solution: Solution, potentials: list[np.ndarray], kinetic: float) -> tuple[float, float]:
+    """W and the integral of 3 P dV."""
+    layers, densities = solution.layers, solution.densities
+    # With u = V + (m/2)(x^2 + y^2) constant on surfaces that enclose (4 pi/3) s^3: W = -(1/2) int rho V dV.
+    total = volume_integral(layers, [rho * u for rho, u in zip(densities, potentials, strict=True)])
+    falls = [
+        layer.top**3 * float(layer.inner[0, -1] @ (rho * (layer.slope @ u)))
+        for layer, rho, u in zip(layers, densities, potentials, strict=True)
+    ]
+    return -0.5 * (total - kinetic), -4 * math.pi * sum(falls)
+
+
 def figure_of_solution(
     solution: Solution, mass: float, mean_radius: float, gravitational_constant: float, accuracy: float
 ) -> RotatingFigure:
@@ -92,28 +115,14 @@ def figure_of_solution(
 
     NumericalError if it misses the virial theorem by more than `accuracy`, which tells of too few nodes.
     """
-    layers, densities, field = solution.layers, solution.densities, solution.field
-    parts = node_ranges(layers)
+    layers, field = solution.layers, solution.field
     radius = np.concatenate([layer.radius for layer in layers])
-    potentials = [solution.potential[part] for part in parts]
-    fifth = solution.shape**5 @ solution.sphere.weights
-    second_moment = 0.0
-    for layer, part, rho in zip(layers, parts, densities, strict=True):
-        f = fifth[part]
-        inside = layer.top**5 * (layer.inner[1, -1] @ (f * (layer.slope @ rho)))
-        second_moment += 4 * math.pi / 5 * (layer.top**5 * f[-1] * rho[-1] - layer.bottom**5 * f[0] * rho[0] - inside)
+    potentials = [solution.potential[part] for part in node_ranges(layers)]
     harmonics = field.exterior[1:]
-    mean, difference = float(2 / 3 * second_moment), -float(harmonics[0])
+    mean, difference = 2 / 3 * _second_moment(solution), -float(harmonics[0])
     polar = mean + 2 / 3 * difference
     kinetic = 0.5 * polar * solution.small_m
-    # With u = V + (m/2)(x^2 + y^2) constant on surfaces that enclose (4 pi/3) s^3: W = -(1/2) int rho V dV.
-    total = volume_integral(layers, [rho * u for rho, u in zip(densities, potentials, strict=True)])
-    gravitational = -0.5 * (total - kinetic)
-    falls = [
-        layer.top**3 * float(layer.inner[0, -1] @ (rho * (layer.slope @ u)))
-        for layer, rho, u in zip(layers, densities, potentials, strict=True)
-    ]
-    three_pressure = -4 * math.pi * sum(falls)
+    gravitational, three_pressure = _energies(solution, potentials, kinetic)
     virial_error = (2 * kinetic + gravitational + three_pressure) / -gravitational
     if not abs(virial_error) < accuracy:
         raise NumericalError(
@@ -136,7 +145,7 @@ def figure_of_solution(
         equatorial_moment=(polar - difference) * unit_moment,
         gravitational_energy=gravitational * gravitational_constant * mass**2 / mean_radius,
         radius=radius * mean_radius,
-        density=np.concatenate(densities) * mass / mean_radius**3,
+        density=np.concatenate(solution.densities) * mass / mean_radius**3,
         enclosed_mass=radius**3 * (field.outer[0] - 2 * field.medium) * mass,
         pressure=np.concatenate(_pressures(solution, potentials)) * unit_pressure,
         level_flattening=1 - solution.pole / solution.equator,
