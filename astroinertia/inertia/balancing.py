@@ -155,7 +155,7 @@ def permissible_unbalance(mass: Array, rate: Array, grade: float = 6.3) -> Array
     >>> print(f"{1e6 * permissible_unbalance(30.0, rate):.0f} g mm")
     602 g mm
     """
-    return mass * (1e-3 * grade) / rate
+    return mass * (1e-3 * grade) / abs(rate)
 
 
 @with_quantities(unbalance="kg m", rate="rad/s")
@@ -169,7 +169,7 @@ def balance_grade(unbalance: Array, mass: Array, rate: Array) -> Array:
     """
     xp = namespace(unbalance, mass, rate)
     unbalance = xp.asarray(unbalance)
-    return 1e3 * xp.hypot(unbalance[..., 0], unbalance[..., 1]) * rate / mass
+    return 1e3 * xp.hypot(unbalance[..., 0], unbalance[..., 1]) * abs(rate) / mass
 
 
 @with_quantities(static="kg m", dynamic="kg m2")

@@ -408,7 +408,7 @@ def equivalent_semi_axes(mass: Array, moments: Array) -> Array:
     moments = xp.asarray(moments)
     squares = 5.0 * (0.5 * moments.sum(-1, keepdims=True) - moments) / xp.asarray(mass)[..., None]
     # The root of a safe number first: at a flat body's 0 the root has no derivative, and 0 passes on none.
-    lengths = xp.where(squares > 0, xp.sqrt(xp.where(squares > 0, squares, 1.0)), 0.0)
+    lengths = xp.where(squares <= 0, 0.0, xp.sqrt(xp.where(squares <= 0, 1.0, squares)))
     return xp.where(squares < -1e-6 * abs(squares).max(-1, keepdims=True), xp.nan, lengths)
 
 

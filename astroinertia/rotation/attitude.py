@@ -265,7 +265,7 @@ def angle_between(one: Array, other: Array) -> Array:
     between = (one[..., :, :, None] * other[..., :, None, :]).sum(-3)
     square = (rotation_vector(between) ** 2).sum(-1)
     # Of attitudes that are the same the root has no slope: 0 then, with which the square of the angle has its own.
-    return xp.where(square > 0, xp.sqrt(xp.where(square > 0, square, 1.0)), 0.0)
+    return xp.where(square == 0, 0.0, xp.sqrt(xp.where(square == 0, 1.0, square)))
 
 
 @with_quantities(body_angular_velocity="rad/s")

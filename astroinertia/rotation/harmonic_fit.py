@@ -40,8 +40,8 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     """Least squares of values (N,) at times (N,) by terms of frequencies f (J,), in radians a time, and phases p
     (J,), 0 unless given.
 
-    The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find; NumericalError
-    where the record is too short to tell terms apart.
+    The rate is that at time 0: put 0 in the middle. ValueError for fewer values than numbers to find, and for numbers
+    that are not finite; NumericalError where the record is too short to tell terms apart.
 
     >>> t = np.linspace(-10.0, 10.0, 201)
     >>> fit = harmonic_fit(t, 0.5 * t + 2.0 * np.sin(3.0 * t), np.array([3.0]))
@@ -52,6 +52,8 @@ def harmonic_fit(times: Array, values: Array, frequencies: Array = (), phases: A
     p = np.zeros_like(f) if phases is None else np.asarray(phases, dtype=float)
     if t.shape != y.shape or t.ndim != 1 or f.shape != p.shape or len(t) < 3 + 2 * len(f):
         raise ValueError("a fit needs a value for each time, a phase for each frequency, and more values than terms")
+    if not all(np.isfinite(series).all() for series in (t, y, f, p)):
+        raise ValueError("the times, values, frequencies and phases of a fit must be finite")
     unit = np.abs(t).max() or 1.0
     turning = np.multiply.outer(t, f) + p
     columns = np.concatenate(

@@ -158,9 +158,9 @@ def time_of_separatrix(moments: Array, angular_velocity: Array, time: float) -> 
     """
     above, excess = energy_above_separatrix(moments, angular_velocity), energy_to_lose(moments, angular_velocity)
     left = excess - above
-    passes = left > 0.0
-    taken = np.where(passes, 0.5 * time * np.log1p(np.maximum(above, 0.0) / np.where(passes, left, 1.0)), np.inf)
-    return np.where(above > 0.0, taken, 0.0)[()]
+    never = left <= 0.0
+    taken = np.where(never, np.inf, 0.5 * time * np.log1p(np.maximum(above, 0.0) / np.where(never, 1.0, left)))
+    return np.where(above <= 0.0, 0.0, taken)[()]
 
 
 def _checked(moments: Array, angular_velocity: Array) -> tuple[np.ndarray, np.ndarray]:

@@ -114,7 +114,7 @@ def capture_probability(
     width, away = resonance_half_width(p, eccentricity, asphericity), p - rate
     if away < 0:
         raise ValueError(f"the torque vanishes at {rate:.6g} n, above the resonance, through which it slows no spin")
-    return 0.0 if width < _NO_WIDTH else float(min(1.0, 2 / (1 + np.pi * away / (2 * width))))
+    return 0.0 if width < _NO_WIDTH else float(np.minimum(1.0, 2 / (1 + np.pi * away / (2 * width))))
 
 
 @with_quantities()

@@ -157,7 +157,8 @@ def wobble_and_nutation(
     >>> print(f"{2 * np.pi / (7.292115e-5 + nutation.real) / 86400:.0f} d")  # in space; observed: -430
     -436 d
     """
-    chandler_frequency(dynamical_ellipticity, spin_rate, love_number, secular, 1 - core_share)
+    if not np.isfinite(chandler_frequency(dynamical_ellipticity, spin_rate, love_number, secular, 1 - core_share)):
+        raise ValueError("the numbers of a wobble must be finite")
     e = dynamical_ellipticity / (1 - dynamical_ellipticity)
     kappa = e * love_number / secular
     core = core_share * (1 + core_compliance) ** 2  # the mantle's compliance for the core's rotation is gamma A_f/A

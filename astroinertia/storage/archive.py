@@ -413,7 +413,9 @@ def refuse_for_netcdf(path: Path, kind: type[AstroinertiaError] = ArchiveError) 
     try:
         whole.encode(encoding)
     except UnicodeEncodeError:
-        raise kind(f"{whole} has bytes that are no {encoding}, which netCDF cannot open; choose another path.") from None
+        raise kind(
+            f"{whole} has bytes that are no {encoding}, which netCDF cannot open; choose another path."
+        ) from None
 
 
 def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:

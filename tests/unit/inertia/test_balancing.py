@@ -215,6 +215,9 @@ def test_grades_of_balance_are_those_of_the_standard():
     turned = allowed * np.array([[0.6, 0.8], [0.0, -0.5]])
     grades = balancing.balance_grade(turned, 3600.0, 2.0 * np.pi * 50.0)
     np.testing.assert_allclose(grades, [2.5, 1.25], rtol=1e-13)
+    backwards = -2.0 * np.pi * 50.0  # of which both were below 0
+    assert balancing.permissible_unbalance(3600.0, backwards, 2.5) == allowed
+    np.testing.assert_array_equal(balancing.balance_grade(turned, 3600.0, backwards), grades)
 
 
 def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():

@@ -290,3 +290,8 @@ def test_a_factor_in_the_unit_of_a_grid_is_refused():
     grid = xr.DataArray(np.ones((2, 2, 2)), {"x": cells, "y": [0.0, 1.0], "z": [0.0, 1.0]}, attrs={"units": "g/cm3"})
     with pytest.raises(ValueError, match="units of a grid have no factors: 10 km and g/cm3"):
         tensor.grid_inertia(grid)
+
+
+@pytest.mark.parametrize(("mass", "first"), [(np.nan, 5.0), (5.0, np.nan)])
+def test_semi_axes_of_what_is_not_known_are_not_known(mass, first):
+    assert np.isnan(tensor.equivalent_semi_axes(mass, np.array([first, 10.0, 13.0]))).all()  # they were 0

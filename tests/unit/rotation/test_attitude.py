@@ -222,3 +222,7 @@ def test_no_turn_has_no_angles(sequence):
     about_one = attitude.attitude_of_euler_angles(np.array([0.5, 0.0, 0.0]), sequence)
     first, second, third = attitude.euler_angles(about_one, sequence)
     assert (first + third, second) == pytest.approx((0.5, 0.0), abs=1e-15) and first in (0.0, pytest.approx(0.5))
+
+
+def test_the_angle_to_an_attitude_that_is_not_known_is_not_known():
+    assert np.isnan(attitude.angle_between(np.eye(3), np.full((3, 3), np.nan)))  # it was 0

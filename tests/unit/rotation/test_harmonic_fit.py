@@ -35,3 +35,10 @@ def test_records_of_the_wrong_shape_or_length_are_refused():
     for arguments in ((times, times[1:]), (times[:4], times[:4], [1.0]), (times, times, [1.0], [1.0, 2.0])):
         with pytest.raises(ValueError, match="a fit needs"):
             harmonic_fit(*arguments)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_values_that_are_not_finite_are_refused(wrong):
+    times = np.linspace(0.0, 10.0, 50)
+    with pytest.raises(ValueError, match="values, frequencies and phases of a fit must be finite"):
+        harmonic_fit(times, np.where(times > 9.9, wrong, np.sin(times)), [1.0])

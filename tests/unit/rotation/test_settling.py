@@ -82,3 +82,7 @@ def test_times_of_the_separatrix_go_by_leading_axes():
     assert found.tolist() == [settling.time_of_separatrix(moments, one, 10.0) for one in rates]
     assert found[0] > found[3] > 0.0 == found[1] == found[2]
     assert settling.time_of_separatrix(np.array([1.0, 4.0, 4.0]), rates[0], 10.0) == np.inf
+
+
+def test_what_is_not_known_passes_no_separatrix():
+    assert np.isnan(settling.time_of_separatrix([1.0, 2.0, 4.0], [np.nan, 0.0, 0.0], 1.0))  # it had passed at 0

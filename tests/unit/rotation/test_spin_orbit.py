@@ -103,3 +103,7 @@ def test_a_negative_asphericity_is_refused():
     for function in (spin_orbit.resonance_half_width, spin_orbit.capture_probability):
         with pytest.raises(ValueError, match=r"asphericity must not be negative, not -0\.1"):
             function(1.5, MERCURY, -0.1)
+
+
+def test_the_chance_of_a_body_that_is_not_known_is_not_known():
+    assert np.isnan(spin_orbit.capture_probability(1.5, 0.2056, np.nan))  # it was 1

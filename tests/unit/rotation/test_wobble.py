@@ -155,3 +155,8 @@ def test_what_has_no_wobble_is_refused():
     ):
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_frequencies_of_a_wobble_need_finite_numbers():
+    with pytest.raises(ValueError, match="the numbers of a wobble must be finite"):
+        wobble.wobble_and_nutation(np.nan, 7.292115e-5, 0.297, 0.938, 0.1137)
