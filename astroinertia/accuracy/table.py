@@ -18,6 +18,7 @@ from astroinertia.accuracy.measuring import MEMORY_MENTIONED
 from astroinertia.costs.machine import described
 from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
+from astroinertia.process import interrupts
 from astroinertia.process.words import duration
 from astroinertia.storage.atomic import write_whole
 
@@ -155,7 +156,8 @@ def write(table: Table) -> Path:
     def fill(aside: Path) -> None:
         dataset(table).to_netcdf(aside, engine="netcdf4", format="NETCDF4")
 
-    write_whole(path, fill)
+    with interrupts.held():
+        write_whole(path, fill)
     return path
 
 

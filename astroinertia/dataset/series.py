@@ -46,6 +46,7 @@ from astroinertia.observables.quantities import (
     TIMESTEP_CRITERIA,
     Quantity,
 )
+from astroinertia.process import interrupts
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
 from astroinertia.storage.atomic import archive_errors
@@ -144,7 +145,8 @@ def finish(
                     append_snapshots(file.createGroup("snapshots"), count, layout, archive)
         trailer.append(aside, head)
 
-    return archive.finish(fill)
+    with interrupts.held():
+        return archive.finish(fill)
 
 
 def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> xr.Dataset:

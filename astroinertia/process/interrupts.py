@@ -94,6 +94,30 @@ def noted(received: list[str], unsaved: Callable[[], bool] = lambda: True) -> It
 
 
 @contextmanager
+def held() -> Iterator[None]:
+    """Has the first signal act after what is done meanwhile; a later one acts at once.
+
+    An exception that a handler raises inside a library's lock may never let go of it, and whoever asks for it next
+    waits for ever: closing a netCDF file did.
+    """
+    received: list[int] = []
+
+    def hold(number: int, _: FrameType | None) -> None:
+        received.append(number)
+        if len(received) > 1:
+            _restore(before)
+            signal.raise_signal(number)
+
+    before = {} if _watchers else _handled(SIGNALS, hold)  # no handler of a command raises anything
+    try:
+        yield
+    finally:
+        _restore(before)
+        if len(received) == 1:
+            signal.raise_signal(received[0])
+
+
+@contextmanager
 def under_way(said: Said, resumable: bool = True) -> Iterator[None]:
     """Has `said` say what becomes of the work that goes on meanwhile, if a command is ended in it.
 

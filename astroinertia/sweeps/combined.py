@@ -17,6 +17,7 @@ import xarray as xr
 from astroinertia import dataset as datasets
 from astroinertia.dataset.schema import CONVENTIONS, FORMAT
 from astroinertia.errors import ArchiveError
+from astroinertia.process import interrupts
 from astroinertia.scene.sweep import GRID, Sweep, member
 from astroinertia.scene.sweep_values import coordinate
 from astroinertia.storage import trailer
@@ -89,7 +90,8 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
         trailer.append(aside, aside.stat().st_size)
 
     target = path(sweep, folder)
-    write_whole(target, fill)
+    with interrupts.held():
+        write_whole(target, fill)
     return target
 
 

@@ -317,6 +317,23 @@ def test_a_later_second_ctrl_c_acts_as_usual_where_no_command_runs(tmp_path, mon
         loop.run_scene(scene(), tmp_path / "run", send)
 
 
+@pytest.mark.parametrize("times", [1, 2])
+def test_ctrl_c_while_the_result_is_written_acts_when_it_is_and_a_second_one_at_once(times, tmp_path, monkeypatch):
+    """An exception between an `acquire` and its `try` leaves a lock of xarray's shut, at which its files then wait."""
+    begun, write = [], xr.Dataset.to_netcdf
+
+    def interrupted(*arguments, **options):
+        for _ in range(times):
+            os.kill(os.getpid(), signal.SIGINT)
+        begun.append(write(*arguments, **options))
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        loop.run_scene(scene(), tmp_path / "run")
+    assert len(begun) == len(list((tmp_path / "run").glob("*.nc"))) == 2 - times
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_a_run_is_stopped_before_its_deadline_and_not_long_before(tmp_path, whole, slow):
     deadline = slow.now + 95.0
     with pytest.raises(RunInterrupted, match=r"stopped by its limit of wall time at 40\.0%"):
