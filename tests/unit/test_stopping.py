@@ -254,7 +254,8 @@ def test_a_pulsation_that_cannot_be_followed_to_the_end_is_refused_at_once(tmp_p
     words = [str(SIMS / "crab_pulsar.toml"), "--set", 'equation_of_state.kind="ideal"']
     for command in (["plan", *words], ["run", *words, "--output", str(tmp_path / "run")]):
         assert main(command) == 1
-        assert "pulsates 2.2e+14 times in the run" in capsys.readouterr().err
+        # It starts in equilibrium to round-off, of which its first turning points are.
+        assert re.search(r"pulsates 2\.\de\+14 times in the run", capsys.readouterr().err)
     assert not (tmp_path / "run").exists()
 
 
