@@ -284,10 +284,11 @@ def _pressure(scene: Scene, initial: Sphere, balanced: Shells, places: np.ndarra
 
 def _turning(scene: Scene, initial: Sphere, mass: np.ndarray, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """The mean square of the specific angular momentum (K,) of shells, as six points on each have it."""
-    units, body = code_units(scene), scene.body
+    units = code_units(scene)
+    body: Any = scene.body
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     points = (radius[:, None, None] * axes).reshape(-1, 3)
-    if body.rotation is None and isinstance(body, ProfileBody):
+    if initial.shells is not None and body.rotation is None:
         velocity = shellular_rotation(initial.shells, np.repeat(places, 6), points, body.rotation_factor, units)
     else:
         velocity = rotation_flow(scene, units, initial, np.repeat(mass / 6.0, 6), points)
