@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build.spin import rotation_amount
+from astroinertia.effects.characteristic import Characteristic
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.initial_body import unit, wobbling
-from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene
 
 # Radians of the fastest motion in a step of order 8(7), over tolerance^(1/8): 4.6 to 5.0 and 8 to 11 as measured on a
@@ -32,13 +32,12 @@ def compiled(scene: Scene) -> tuple[str, ...]:
 
 def steps(scene: Scene, written: int) -> float:
     """Steps of an ellipsoid or a rigid body that is recorded so many times."""
-    units, numerics = code_units(scene), scene.numerics
-    interval = float(units.to_code(scene.time.end, "time")) / max(1, written - 1)
+    numerics, interval = scene.numerics, scene.time.end / max(1, written - 1)
     if kind(scene) == "splitting":
         turns = interval * fastest_spin(scene) / (2.0 * math.pi)
         per_record = math.ceil(turns * numerics.steps_per_rotation - 1e-6)
     else:
-        pace = fastest_spin(scene) if scene.model == "rigid" else _pace(scene)
+        pace = fastest_spin(scene) if scene.model == "rigid" else _pace(characteristic(scene))
         per_record = math.ceil(interval * pace / (REACH[kind(scene)] * numerics.tolerance**0.125))
     return float(max(1, per_record) * (written - 1))
 
@@ -48,30 +47,15 @@ def of_step(scene: Scene) -> float:
     return WITH_COMPANIONS.get(kind(scene), 1.0) if scene.companions else 1.0
 
 
-def _pace(scene: Scene) -> float:
-    """The fastest of fall and turning, in code units."""
-    units = code_units(scene)
-    body: Any = scene.body
-    mass = float(units.to_code(body.mass, "mass"))
-    radius = float(units.to_code(body.radius, "length"))
-    axes = getattr(body, "axes", (1.0, 1.0, 1.0))
-    fall = math.sqrt(mass / (radius**3 * math.prod(axes)))
-    gradient = 0.0
-    if body.velocity_gradient is not None:
-        gradient = float(np.abs(units.to_code(np.array(body.velocity_gradient), "angular_velocity")).max())
-    return max(fall, _rate(scene), gradient)
-
-
-def _rate(scene: Scene) -> float:
-    """How fast it turns; 1 in code units where the scene gives another measure than a rate."""
-    amount = rotation_amount(scene, code_units(scene), True)
-    return abs(float(amount.get("rate", 1.0))) if amount else 0.0
+def _pace(body: Characteristic) -> float:
+    """The fastest of fall, turning and flow."""
+    return max(1.0 / (body.dynamical_time or math.inf), body.spin or 0.0, body.shear, abs(body.expansion))
 
 
 def fastest_spin(scene: Scene) -> float:
     """The fastest spin of a free body on its way round: the squares of its momenta change in proportion."""
     body: Any = scene.body
-    rate = _rate(scene)
+    rate = characteristic(scene).spin or 0.0
     moments = getattr(body, "moments", None) or getattr(body, "moment_ratios", None)
     if moments is None or rate == 0.0 or min(moments) <= 0.0:
         return rate

@@ -45,3 +45,12 @@ def test_steps_of_a_rigid_body_with_companions_take_longer(integrator, times):
     one, other = (predict(scene, machine.shipped()) for scene in (free, moon))
     assert other.steps == one.steps
     assert other.parts["steps"].processor == pytest.approx(times * one.parts["steps"].processor)
+
+
+@pytest.mark.parametrize("integrator", ["splitting", "adaptive"])
+def test_a_top_takes_as_many_steps_however_its_spin_is_said(integrator):
+    """About its largest moment, 2.5, at a rate of 0.5."""
+    settings = (f"numerics.integrator='{integrator}'", "body.rotation.axis=[0.0, 0.0, 1.0]")
+    said = (RIGID.replace("rate = 1.0", text) for text in ("rate = 0.5", "angular_momentum = 1.25"))
+    one, other = (predict(load.loads(text, settings), machine.shipped()) for text in said)
+    assert other.steps == one.steps
