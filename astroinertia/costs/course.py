@@ -78,7 +78,7 @@ def _counted(scene: Scene) -> Counts | None:
     steps, ends = float(until(base)[-1]), float(until(interval)[-1])
     return Counts(
         steps, steps + ACTIVE * (ends - steps), ends, "an estimate", tuple(map(float, work / work[-1])),
-        _mean(crowding, weight, times), _mean(finest == 0.0, weight, times) if own else 0.0,
+        _mean(crowding, weight, times), _mean(finest == 0.0, weight, times) if own else 0.0, found.first,
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """What a step of particles is made of, and what its parts take on a machine."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ class Counts:
 
     done: share of them that is over after each part of the run's time, (SHARES + 1,) from 0 to 1. crowding: the mean
     number of neighbours over that at the start. alike: of individual steps, the share of base steps that are of one
-    interval for all.
+    interval for all. first: what the first step may be at most by each criterion, in code units, where it is known.
     """
 
     steps: float
@@ -54,6 +55,7 @@ class Counts:
     done: tuple[float, ...]
     crowding: float = 1.0
     alike: float = 0.0
+    first: Mapping[str, float] = field(default_factory=dict)
 
     def at_most(self, steps: float) -> "Counts":
         """The same run, ended after so many steps."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
-from astroinertia.scene.plan import code_units, smoothing
+from astroinertia.scene.plan import code_units, smoothing, softening
 from astroinertia.scene.schema import Scene
 
 PARTS = (np.arange(20) + 0.5) / 20  # of the matter: below which its limits are known
@@ -29,12 +29,16 @@ class Matter:
 
 @dataclass(frozen=True)
 class Limits:
-    """At times (K,): the shortest limit of all matter, limits (P, K) that PARTS of it are below, the longest step."""
+    """At times (K,): the shortest limit of all matter, limits (P, K) that PARTS of it are below, the longest step.
+
+    first: at the first time the shortest by each criterion.
+    """
 
     times: np.ndarray
     shortest: np.ndarray
     below: np.ndarray
     longest: np.ndarray
+    first: dict[str, float]
 
 
 def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
@@ -42,34 +46,38 @@ def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
     factor, units = scene.numerics.free_fall_factor, code_units(scene)
     times = np.array([matter.time for matter in course])
     whole = float(course[0].mass.sum())
-    found = np.transpose([_quantiles(allowed(scene, whole, matter), matter.mass) for matter in course])
+    each = [allowed(scene, whole, matter) for matter in course]
+    shortest = (np.minimum.reduce([*of.values()]) for of in each)
+    found = np.transpose([_quantiles(of, matter.mass) for of, matter in zip(shortest, course, strict=True)])
+    first = {name: float(of.min()) for name, of in each[0].items()}
     densest = np.array([matter.density.max() for matter in course])
     longest = np.full_like(times, np.inf) if factor is None else factor / np.sqrt(densest)
     if scene.numerics.max_timestep is not None:
         longest = np.minimum(longest, float(units.to_code(scene.numerics.max_timestep, "time")))
-    return Limits(times, found[0], found[1:], np.minimum(longest, _by_options(scene, times)))
+    return Limits(times, found[0], found[1:], np.minimum(longest, _by_options(scene, times)), first)
 
 
 def length(scene: Scene, whole: float, density: np.ndarray) -> np.ndarray:
-    """Smoothing lengths (K,) at densities, of a body of that mass."""
+    """Smoothing lengths (K,) at densities, of a body of that mass; all alike where gravity's softening is stated."""
     body: Any = scene.body
+    if (kept := softening(scene)) is not None:
+        return np.full_like(density, float(code_units(scene).to_code(kept, "length")))
     return smoothing(scene)[0] * (whole / body.placed(scene, body.particles) / density) ** (1.0 / 3.0)
 
 
-def allowed(scene: Scene, whole: float, matter: Matter) -> np.ndarray:
-    """The shortest limit (K,) of each part of a body of that mass."""
+def allowed(scene: Scene, whole: float, matter: Matter) -> dict[str, np.ndarray]:
+    """The longest step (K,) of each part of a body of that mass, by its criteria."""
     numerics, of_length = scene.numerics, length(scene, whole, matter.density)
-    found = [
-        numerics.courant * of_length / np.maximum(matter.signal, STILL),
-        numerics.acceleration_factor * np.sqrt(of_length / np.maximum(matter.acceleration, LEAST)),
-    ]
+    found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(matter.acceleration, LEAST))}
+    if "pressure" in scene.effects:
+        found["pressure"] = numerics.courant * of_length / np.maximum(matter.signal, STILL)
     if "gravity" in scene.effects:
-        found.append(numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * matter.density)))
+        found["gravity"] = numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * matter.density))
     if "shear_viscosity" in scene.effects:
         stated = scene.effects["shear_viscosity"]["kinematic_viscosity"]
         viscosity = float(code_units(scene).to_code(stated, "viscosity"))
-        found.append(numerics.courant * DIFFUSION_PART * of_length**2 / max(viscosity, LEAST))
-    return np.minimum.reduce(found)
+        found["shear_viscosity"] = numerics.courant * DIFFUSION_PART * of_length**2 / max(viscosity, LEAST)
+    return found
 
 
 def _quantiles(of_parts: np.ndarray, mass: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from astroinertia.costs.piloted import PILOT
 from astroinertia.costs.prediction import PREPARATION, Prediction
 from astroinertia.costs.processes import NETWORK
 from astroinertia.process.words import duration, size
-from astroinertia.scene.plan import Line
+from astroinertia.scene.plan import Line, code_units
 from astroinertia.scene.schema import Scene
 
 STEP = "steps: "
@@ -31,6 +31,10 @@ def lines(scene: Scene, cost: Prediction | None) -> tuple[Line, ...]:
     section = [Line("wall time", duration(cost.wall_time), machine)]
     if cost.steps:
         section.append(Line("steps", f"about {cost.steps:.3g}", by))
+    first = {name: float(code_units(scene).to_si(limit, "time")) for name, limit in cost.first.items()}
+    shown = [f"{name} {scene.shown(float(f'{s:.2g}'), 'time')}" for name, s in first.items() if s < scene.time.end]
+    if shown:
+        section.append(Line("time step at first", ", ".join(shown), "at most by each criterion; shocks shorten it"))
     if cost.received:
         each = f"{size(cost.received)} an evaluation of all particles"
         section.append(Line("sent to each process", each, f"taken to arrive at {8e-9 * NETWORK:.0f} Gbit/s"))

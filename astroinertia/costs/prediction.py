@@ -4,8 +4,9 @@ Tests: tests/unit/costs/test_costs.py; measured against runs in tests/benchmarks
 """
 
 import math
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from astroinertia.costs import course, experience, piloted, processes, smooth
@@ -41,7 +42,7 @@ class Prediction:
     parts: {what: Seconds} of which the run time is the sum; steps: how many, and `steps_by` what says so; done: share
     of their work by time, as of Counts; memory: the most bytes of the process; files: bytes of the run's folder;
     for_outputs: evaluations of particles, over those that they would take if steps met no times of outputs; received:
-    bytes that each of several processes gets from the others in an evaluation of all particles.
+    bytes that each of several processes gets from the others in an evaluation of all particles; first: as of Counts.
     """
 
     parts: dict[str, Seconds]
@@ -53,6 +54,7 @@ class Prediction:
     calibrated: bool
     for_outputs: float = 1.0
     received: float = 0.0
+    first: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def time(self) -> Seconds:
@@ -124,7 +126,9 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
     memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
     shortened, got = met.evaluations / own.evaluations, processes.received(particles, by) if share else 0.0
-    return Prediction(parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got)
+    return Prediction(
+        parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got, counts.first
+    )  # fmt: skip
 
 
 def _placed(scene: Scene) -> int | None:

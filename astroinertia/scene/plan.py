@@ -15,7 +15,6 @@ from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.initial_body import option_lines, option_text
-from astroinertia.scene.particle_costs import expected
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
@@ -303,7 +302,6 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         _smoothing_lengths(scene),
         *(_gravity(scene) if "gravity" in scene.effects else ()),
         Line("time step", limits),
-        *(Line(*line) for line in expected(scene, eta)),
         Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
     )
 

@@ -9,7 +9,19 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.models.sph.limits import DEPTH, GROUPS, contact_limit, contacts, energy_limit, towards
+from astroinertia.build.assemble import prepare
+from astroinertia.models.sph.limits import (
+    DEPTH,
+    GROUPS,
+    contact_limit,
+    contacts,
+    energy_limit,
+    limiting,
+    timestep_limits,
+    towards,
+)
+from astroinertia.models.sph.record import timestep_limit
+from astroinertia.scene import load
 
 SUPPORT = 2.0
 
@@ -94,3 +106,28 @@ def test_steps_to_a_time_are_no_more_than_needed_and_none_is_a_small_remainder()
         assert len(steps) == math.ceil(way * (1.0 - 1e-12)) and sum(steps) == pytest.approx(way, rel=1e-14)
         assert max(steps) <= 1.0 + 1e-12 and min(steps) > min(way, 0.5) * (1.0 - 1e-12)
     assert towards(math.inf, 0.3) == 0.3 and towards(0.3, math.inf) == 0.3
+
+
+BALL = """
+name = "ball"
+units = "code"
+body = {kind = "uniform", particles = 400, mass = 1, radius = 1, relax = false, placement = "random"}
+effects = {gravity = {}, pressure = {}}
+time = {end = 1}
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+"""
+
+
+def test_the_progress_line_names_the_criterion_and_the_place() -> None:
+    body: Any = prepare(load.loads(BALL)).evolution
+    limits = timestep_limits(body.problem, body.state.rates)
+    name, particle = limiting(limits)
+    assert particle is not None
+    assert float(limits[name][particle]) == float(body.state.rates.timestep)
+    limit, figures = timestep_limit(body.problem, body.state), body.figures()
+    assert figures.limited_by == name
+    assert figures.limited_at == (limit["timestep_limit_radius"], limit["timestep_limit_density"])
+    assert limit["timestep_limit_density"] == body.state.rates.fluid.density[particle]
+    assert limiting({**limits, "longest": np.float64(1e-9)}) == ("longest", None)
