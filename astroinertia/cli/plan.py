@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 def parts(plan: "Plan") -> Iterator[RenderableType]:
     """What is printed one below the other."""
-    yield Text.assemble((plan.name, "bold"), " ", plan.description)
+    yield Text.assemble((plan.name, "bold"), f": {plan.description}" if plan.description else "")
     for title, lines in plan.sections.items():
         yield Text(f"\n{title}", style="bold")
         yield _section(lines)
@@ -23,9 +24,9 @@ def parts(plan: "Plan") -> Iterator[RenderableType]:
     yield Text("\nnot listed, so absent from what is compiled and run", style="bold")
     for effect in plan.effects:
         if not effect.listed:
-            yield Text(f"  {effect.kind}: {effect.text}", style="dim")
+            yield Padding(Text(f"{effect.kind}: {effect.text}", style="dim"), (0, 0, 0, 2), expand=False)
             if effect.size:
-                yield Text(f"    {effect.size}")
+                yield Padding(Text(effect.size), (0, 0, 0, 4), expand=False)
 
 
 def _section(lines: "tuple[Line, ...]") -> Table:

@@ -115,7 +115,7 @@ ENCLOSED = 0.99
 """Share of the mass of particles that the ellipsoid of their surface encloses."""
 UNRECORDED = "this model does not record it"
 _RECURS = {
-    "equivalent": "of the homogeneous ellipsoid with the same mass and the same second moments (a_k^2 = 5 Q_k / M)",
+    "equivalent": "of the homogeneous ellipsoid with the same mass and second moments (a_k^2 = 5 Q_k / M)",
     "spin_axis": "n is the direction of the angular momentum, or the axis of the largest moment where there is none",
     "ratio": "moment of inertia about the spin axis over M R^2",
     "sphere": "of a sphere about the centre of mass; mean radius of a similar ellipsoid where the profile is kept",

@@ -17,7 +17,7 @@ from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, unit_of, written
-from astroinertia.plots.style import short_name, words
+from astroinertia.plots.style import words
 
 _WIDTH = 40
 _ASKED = "settings chosen for an accuracy of "
@@ -100,8 +100,11 @@ def _body(dataset: xr.Dataset) -> Table:
     inertia = dataset.inertia
     rows = [
         ("moment of inertia about z", inertia.about_axis("z")),
-        *((short_name(dataset[name]), dataset[name]) for name in ("mean_radius", "density_max")),
-        *((short_name(dataset[name]), dataset[name]) for name in _SHAPES if name in dataset),
+        *(
+            (str(dataset[name].attrs["long_name"]), dataset[name])
+            for name in ("mean_radius", "density_max", *_SHAPES)
+            if name in dataset
+        ),
         *((_ratio_text(dataset[name]), dataset[name]) for name in RATIOS if name in dataset),
         *(("J2", dataset[name]) for name in (_J2,) if name in dataset),
     ]

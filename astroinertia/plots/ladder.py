@@ -246,7 +246,7 @@ def _series(dataset: xr.Dataset, name: str, as_size: bool = False) -> xr.DataArr
         variable = dataset[name].copy(data=beyond_round_off(dataset[name]))
         others = [dim for dim in variable.dims if dim != "time"]
         size = (variable**2).sum(others, skipna=True, min_count=1) ** 0.5 if others else variable
-        text = f"{'size of: ' if others else ''}{style.short_name(variable)}"
+        text = f"{'size of: ' if others else ''}{variable.attrs['long_name']}"
         series = size.assign_attrs(units=style.unit_of(variable), long_name=text)
     else:
         return None

@@ -199,12 +199,6 @@ def words(name: str) -> str:
     return name.replace("_", " ").replace("enclosing 99", "enclosing 99 %")
 
 
-def short_name(variable: xr.DataArray) -> str:
-    """What a variable of the dataset is, in a few words."""
-    text, equivalent, _ = str(variable.attrs["long_name"]).partition(" of the homogeneous ellipsoid")
-    return f"{text}, equivalent ellipsoid" if equivalent else text
-
-
 def compression_time(dataset: xr.Dataset) -> int | None:
     """Number of the output of greatest density, if it is a maximum within the run and not an end of it."""
     density = dataset["density_max"].values

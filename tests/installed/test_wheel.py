@@ -1,6 +1,7 @@
 """What users install and run: the wheel in an environment of its own, not the checkout that tests import."""
 
 import pytest
+from hatchling.builders.sdist import SdistBuilder
 
 from tests.installed.environment import ROOT, run, run_scenes, wheel, with_the_wheel
 
@@ -22,6 +23,14 @@ for words in (
     assert main(words) == 0
     print("and then")
 """
+
+
+def test_the_source_distribution_has_what_its_commands_and_tests_read():
+    held = {each.distribution_path for each in SdistBuilder(str(ROOT)).recurse_included_files()}
+    read = {"Makefile", "README.md", ".ci/constraints.txt", ".ci/run", ".ci/docs/build_site.py"}
+    assert read - held == set()
+    assert "astroinertia/py.typed" in held
+    assert not [name for name in held if "__pycache__" in name or name.startswith((".venv", ".cache", "runs/"))]
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Quantities of the headline series: every model records those that the table says it has, and what follows."""
 
+import textwrap
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,9 @@ def test_what_follows_is_by_its_equation_and_what_a_model_has_of_its_own_goes_be
 def test_each_name_is_declared_once() -> None:
     tables = (RECORDED, DERIVED, OF_EFFECTS)
     assert len({name for table in tables for name in table}) == sum(map(len, tables))
+
+
+def test_what_xarray_writes_along_an_axis_takes_two_lines_at_most():
+    """Beside its default axes there is room for no more: xarray wraps "long_name [units]" at 30 characters."""
+    labels = {name: f"{each.long_name} [{each.unit}]" for name, each in (RECORDED | DERIVED).items()}
+    assert [name for name, label in labels.items() if len(textwrap.wrap(label, 30)) > 2] == []
