@@ -29,8 +29,8 @@ def _reduced(arrays, axis):
     count = len(arrays[0])
     parts = math.isqrt(count) or 1
     length = -(-count // parts)
-    parted = [jnp.pad(array, (0, parts * length - count)).reshape(parts, length) for array in arrays]
-    return _in_a_row(_in_a_row(parted, 1), 0)
+    pieces = [jnp.pad(array, (0, parts * length - count)).reshape(parts, length) for array in arrays]
+    return _in_a_row(_in_a_row(pieces, 1), 0)
 
 
 def _in_a_row(arrays, axis):

@@ -108,7 +108,7 @@ def test_new_writes_a_scene_that_plans(elsewhere, capsys):
     assert main(["plan", "star.toml"]) == 0
     printed = capsys.readouterr().out
     assert "gravity" in printed
-    assert printed.startswith("star: A gas sphere")
+    assert "\nstar: A gas sphere" in printed
     absent = printed.partition("not listed, so absent from what is compiled and run\n")[2]
     assert absent and all(line.startswith("  ") for line in absent.splitlines())  # continued lines, too
 

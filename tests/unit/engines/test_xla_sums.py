@@ -17,7 +17,8 @@ def in_double_precision():
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 99, 1_000_003])
 def test_sums_of_a_million_terms_are_right_to_round_off(count):
-    # In one row, a million terms lose 2.8e-14, in parts 5e-16: a ledger that adds such sums at each step left 3e-12 in 1200 of them.
+    # In one row, a million terms lose 2.8e-14, in parts 5e-16: a ledger that adds such sums at each step left 3e-12 in
+    # 1200 of them.
     positive, signed = np.random.default_rng(0).random(count), np.random.default_rng(2).normal(size=count)
     for terms, found in zip((positive, signed), sums([positive, signed]), strict=True):
         assert abs(float(found) - math.fsum(terms)) <= 3e-15 * math.fsum(np.abs(terms))
