@@ -12,7 +12,7 @@ from astroinertia.effects.effect import Effect
 from astroinertia.engines.numba_source import Sources
 from astroinertia.engines.terms import COMMON, PairTerm, Reduction, arguments
 from astroinertia.errors import SceneError
-from astroinertia.units import shown
+from astroinertia.units import failure, shown
 
 _GATHERED = {"acceleration": "central", "heating": "sum", "signal": "max"}  # what the sums of a step are taken for
 
@@ -28,8 +28,10 @@ def refuse_wrong_terms(effect: Effect, engine: str) -> None:
                 for function in (term.pair, term.far) if engine == "numba_cpu" else ():
                     if function is not None:
                         Sources().add(function)
-        except Exception as error:  # whatever a property and a function of the user's own do
+        except ValueError as error:
             raise SceneError(f"{part} of the effect '{effect.kind}': {shown(str(error), 300)}.") from error
+        except Exception as error:  # whatever a property and a function of the user's own do
+            raise SceneError(f"the part {part} of the effect '{effect.kind}' failed ({failure(error)}).") from error
 
 
 def _refuse_wrong(term: PairTerm, kind: str, forces: bool) -> None:

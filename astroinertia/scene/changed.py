@@ -11,6 +11,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads, refuse_other_options
 from astroinertia.scene.plan import cadence
 from astroinertia.scene.schema import Scene
+from astroinertia.scene.source import key_of
 from astroinertia.scene.text import toml_value
 from astroinertia.units import shown
 
@@ -28,7 +29,7 @@ def going_on(scene: Scene, settings: Sequence[str]) -> Scene:
     Where it says nothing of how often outputs are written, that stays as it was. SceneError names what must stay.
     """
     for setting in settings:
-        if (key := key_of(setting)) not in OF_A_RUN:
+        if (key := ".".join(key_of(setting))) not in OF_A_RUN:
             raise SceneError(
                 f"--set {shown(setting)}: {shown(key)} stays as it is in a run that goes on, which may change "
                 f"{', '.join(OF_A_RUN)}; `astroinertia branch` starts another run from one of its states."
@@ -51,10 +52,10 @@ def branch_of(scene: Scene, settings: Sequence[str], things: Sequence[Any]) -> S
     names what must stay.
     """
     for setting in settings:
-        if (key := key_of(setting)).partition(".")[0] not in OF_A_BRANCH:
+        if (key := key_of(setting))[0] not in OF_A_BRANCH:
             raise SceneError(
-                f"--set {shown(setting)}: {shown(key)} stays as it is in a branch, whose body is that of the run; it "
-                f"may change what is in {', '.join(OF_A_BRANCH)}."
+                f"--set {shown(setting)}: {shown('.'.join(key))} stays as it is in a branch, whose body is that of the "
+                f"run; it may change what is in {', '.join(OF_A_BRANCH)}."
             )
     listed = []
     for own in things:
@@ -79,16 +80,11 @@ def with_settings(scene: Scene, settings: Sequence[str], effects: Sequence[Any] 
     return loads(scene.to_toml(), settings, scene.origin, effects=(*scene.own_classes, *effects))
 
 
-def key_of(setting: str) -> str:
-    """The key of a "key.path=value"."""
-    return setting.partition("=")[0].strip()
-
-
 def _as_often(scene: Scene, settings: Sequence[str]) -> list[str]:
     """Settings by which outputs are as far apart as before, where that has followed from the end."""
     said, when = set(map(key_of, settings)), cadence(scene)
     kept = []
-    if scene.output.series_every is None and when.series_every is not None and "output.series_steps" not in said:
+    if scene.output.series_every is None and when.series_every is not None and ("output", "series_steps") not in said:
         kept.append(f"output.series_every={scene.time_setting(when.series_every)}")
     if scene.output.snapshot_every is None:
         kept.append(f"output.snapshot_every={scene.time_setting(when.snapshot_every)}")

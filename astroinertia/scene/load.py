@@ -28,6 +28,7 @@ from astroinertia.scene.source import (
     at_home,
     decode,
     file_of_scene,
+    key_of,
     line_of,
     override,
     parse,
@@ -216,7 +217,7 @@ def _message(problem: Problem) -> str:
 def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str) -> str:
     """Where a key was given, for a message: an override, a line of the text, or the text as a whole."""
     for item in reversed(overrides):
-        key = tuple(item.partition("=")[0].strip().split("."))
+        key = key_of(item)
         if path[: len(key)] == key:
             return f"--set {shown(item)}"
     line = line_of(text, path)

@@ -113,6 +113,11 @@ def _check_depth(tables: dict[str, Any], name: str) -> None:
     raise SceneError(f"{name}: tables or lists are nested deeper than {DEEPEST} levels.")
 
 
+def key_of(setting: str) -> tuple[str, ...]:
+    """The names that lead to the key of a "key.path=value"."""
+    return tuple(setting.partition("=")[0].strip().split("."))
+
+
 def override(tables: dict[str, Any], overrides: Iterable[str]) -> dict[str, Any]:
     """The tables with each "key.path=value" put in; a value that is not TOML is taken as text, quotes left out."""
     for text in overrides:

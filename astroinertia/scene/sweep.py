@@ -31,7 +31,7 @@ from astroinertia.scene.dimensional import described
 from astroinertia.scene.from_python import text_of
 from astroinertia.scene.problems import nearest
 from astroinertia.scene.schema import Scene
-from astroinertia.scene.source import KEY, override, parse
+from astroinertia.scene.source import KEY, key_of, override, parse
 from astroinertia.scene.sweep_values import (
     DISTRIBUTIONS,
     MOST_MEMBERS,
@@ -123,7 +123,7 @@ def loads(
     tables = override(parse(text, name), overrides)
     if load.SWEEP not in tables:
         return None
-    ours = [item for item in overrides if _path(item)[0] == load.SWEEP]
+    ours = [item for item in overrides if key_of(item)[0] == load.SWEEP]
     rest = tuple(item for item in overrides if item not in ours)
     try:
         kind, keys, members, axes = _read(tables[load.SWEEP])
@@ -269,10 +269,6 @@ def _none_is_fixed(keys: Sequence[str], overrides: Sequence[str]) -> None:
         if key.split(".")[0] in FIXED:
             raise _Refused(key, "cannot vary, for it names the folder of all members.")
         for item in overrides:
-            path, other = key.split("."), _path(item)
+            path, other = tuple(key.split(".")), key_of(item)
             if path[: len(other)] == other or other[: len(path)] == path:
                 raise _Refused(key, f"varies, so it cannot be set by --set {shown(item)}.")
-
-
-def _path(item: str) -> list[str]:
-    return item.partition("=")[0].strip().split(".")

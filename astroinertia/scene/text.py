@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from astroinertia.errors import SceneError
-from astroinertia.scene.source import line_of, override, override_value, parse
+from astroinertia.scene.source import key_of, line_of, override, override_value, parse
 
 LONG = 400  # characters of a value on one line; a line of a scene may have 1 KiB, and one character up to 10 bytes
 IN_ORDER = ("effects", "candidates", "regions", "observables")  # tables whose entries are rows of records
@@ -92,9 +92,8 @@ def with_overrides(text: str, overrides: Sequence[str]) -> str:
     """
     for item in overrides:
         wanted = override(parse(text, "the scene"), [item])
-        key, _, said = item.partition("=")
-        path = tuple(key.strip().split("."))
-        edited = _edited(text, path, f"{toml_value(override_value(said.strip(), item))}  # --set")
+        said = item.partition("=")[2].strip()
+        edited = _edited(text, key_of(item), f"{toml_value(override_value(said, item))}  # --set")
         try:
             found = parse(edited, "the scene")
             kept = found == wanted and all(repr(found.get(name)) == repr(wanted.get(name)) for name in IN_ORDER)

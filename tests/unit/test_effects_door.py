@@ -371,6 +371,10 @@ ANOTHER: Any = "mean"  # no way to gather
             with_term(screened, CENTRAL),
             "neighbour_terms of the effect 'odd': .* xp.exp cannot stand in a pair function",
         ),
+        (
+            with_part(all_pair_terms=property(lambda self: {}["k"])),
+            r"part all_pair_terms of .* 'odd' failed \(KeyError: 'k'\)",
+        ),
         (with_part(neighbour_terms=property(lambda self: [near])), "<function near .* is no PairTerm"),
         (with_part(virial=lambda self, xp, fluid: xp.zeros(3)), r"gave a virial of the shape \(3,\), not \(3, 3\)"),
         (with_part(drag=lambda self, fluid: -0.1), r"gave a drag of the shape \(\), not \(3, 3\)"),
