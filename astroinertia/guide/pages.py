@@ -30,7 +30,7 @@ TOPICS: Mapping[str, str] = {
     "file-formats": "what is read and written: run folders, netCDF, snapshots of other codes",
     "accuracy": "how accurate results are, what accuracy costs, error bars",
     "performance": "how fast it is, and what a run will take",
-    "own-effects": "physics of your own: effects, matter, bodies and observables from your file or package; what needs no code",
+    "own-effects": "physics of your own: effects, matter, bodies and observables, and what needs no code",
     "limits": "what the program cannot do, and where it is weak",
 }
 WRITTEN_WHEN_READ: Mapping[str, str] = {
