@@ -221,7 +221,7 @@ def _of_hypercube(rules: Mapping[str, Any], samples: Any, seed: Any) -> _Members
     from scipy.stats import qmc
 
     generator = np.random.default_rng(seed)
-    design = qmc.LatinHypercube(d=len(rules), seed=generator)  # pyright: ignore[reportCallIssue]  rng from scipy 1.15 on
+    design = qmc.LatinHypercube(d=len(rules), rng=generator)
     shares = design.random(samples)
     columns = [_checked(key, drawn, rule, shares[:, k]) for k, (key, rule) in enumerate(rules.items())]
     return tuple(zip(*columns, strict=True))
