@@ -1,12 +1,25 @@
-"""Gauss-Legendre collocation of integrals whose kernel is a power: what steps of structure equations share.
+"""Polynomials through nodes, and Gauss-Legendre collocation of integrals whose kernel is a power.
 
-Tests: through tests/unit/bodies/test_clairaut.py and tests/physics/test_hydrostatic.py.
+Tests: through tests/unit/bodies/test_clairaut.py, test_figures.py and test_scf.py, and tests/physics/
+test_hydrostatic.py.
 """
 
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+
+
+def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values (..., N) at points (...,) of the polynomials that are 1 at one of the nodes (N,) and 0 at the others.
+
+    Both in [-1, 1], the nodes crowded at the ends as Gauss's or Chebyshev's are.
+
+    >>> print(lagrange(np.array([-1.0, 0.0, 1.0]), np.array([0.5])).round(3))
+    [[-0.125  0.75   0.375]]
+    """
+    legendre, order = np.polynomial.legendre.legvander, len(nodes) - 1
+    return legendre(at, order) @ np.linalg.inv(legendre(nodes, order))
 
 
 class Collocation(NamedTuple):
@@ -33,14 +46,12 @@ def collocation(count: int, power: int) -> Collocation:
     """
     nodes, weights = np.polynomial.legendre.leggauss(count)
     inner, inner_weights = np.polynomial.legendre.leggauss((count + power) // 2 + 1)
-    legendre = np.polynomial.legendre.legvander
-    to_values = np.linalg.inv(legendre(nodes, count - 1))
     c, tau = (nodes + 1) / 2, (inner + 1) / 2
     return Collocation(
         c,
         weights / 2,
         tau,
         inner_weights / 2,
-        legendre(2 * c[:, None] * tau - 1, count - 1) @ to_values,
-        legendre(2 * tau - 1, count - 1) @ to_values,
+        lagrange(nodes, 2 * c[:, None] * tau - 1),
+        lagrange(nodes, inner),
     )

@@ -17,6 +17,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from astroinertia.bodies.collocation import lagrange
+
 FEWEST_NODES = 6  # of a thin layer
 _PANEL_RATIO = 2.5  # of the radii at the ends of one panel of the outer integral: (s/s')^(2k-2) falls steeply
 _MOST_PANELS = 12
@@ -68,12 +70,6 @@ def cut_tall_layers(edges: np.ndarray) -> tuple[np.ndarray, list[int]]:
     return np.array(finer), owner
 
 
-def _lagrange(x: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values at the points `at` of the polynomials that are 1 at one Chebyshev point x and 0 at the others."""
-    order = len(x) - 1
-    return chebyshev.chebvander(at, order) @ np.linalg.inv(chebyshev.chebvander(x, order))
-
-
 def _differentiation(x: np.ndarray) -> np.ndarray:
     """The matrix d/dx at Chebyshev points."""
     order = len(x) - 1
@@ -103,7 +99,7 @@ def layer(bottom: float, top: float, surface_power: float, count: int, harmonics
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(radius[:, None] > 0, radius_of_depth((1 - inside) / 2) / radius[:, None], 0.0)
     powers = np.clip(ratio, 0, 1) ** (degree[:, None, None] + 3) * (point_weights * width[:, None])
-    inner = np.einsum("kig,igm->kim", powers, _lagrange(x, inside))
+    inner = np.einsum("kig,igm->kim", powers, lagrange(x, inside))
 
     # (s/s')^(2k-2), from each node to `top`: panels in geometric progression of s'.
     lowest = radius[1] if bottom == 0 else bottom
@@ -121,7 +117,7 @@ def layer(bottom: float, top: float, surface_power: float, count: int, harmonics
     there = radius_of_depth((1 - inside) / 2)
     powers = np.clip(radius[:, None] / there, 0, 1) ** np.maximum(degree[:, None, None] - 2, 0)
     powers[0] = there**2
-    outer = np.einsum("kig,igm->kim", powers * share, _lagrange(x, inside))
+    outer = np.einsum("kig,igm->kim", powers * share, lagrange(x, inside))
 
     with np.errstate(divide="ignore", invalid="ignore"):
         up = np.where(radius > 0, bottom / radius, 0.0) ** (degree[:, None] + 3)

@@ -18,7 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from astroinertia.bodies.collocation import lagrange
+
 NODES = 8  # Gauss-Legendre nodes of an element
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(NODES)
 _PRODUCT_POINTS = 40  # integrates (s/r)^65 times a polynomial of degree 7 to round-off
 
 
@@ -78,8 +81,7 @@ class Mesh:
         # the root of t^2 (3 - 2t) = share, by the cosine formula for the cubic
         t = 0.5 - np.sin(np.arcsin(1 - 2 * share) / 3)
         x = 2 * (t * per_part - element % per_part) - 1
-        basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
-        return np.einsum("nj,njl->nl", basis, values.reshape(-1, NODES, values.shape[1])[element])
+        return np.einsum("nj,njl->nl", lagrange(_NODES, x), values.reshape(-1, NODES, values.shape[1])[element])
 
 
 def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -> Mesh:
@@ -91,16 +93,15 @@ def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -
     >>> print(len(mesh.radius), f"{mesh.volume_weight.sum():.9f}", mesh.degrees)  # the integral of r^2 dr to 1 is 1/3
     64 0.333333333 [0 2 4 6 8]
     """
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
     parts = ([] if hollow else [(0.0, inner)]) + ([(inner, 1.0)] if inner < 1 else [])
     degrees = np.arange(0, degree + 1, 2)
     edges, radius, weight, operators = [0.0 if not hollow else inner], [], [], []
     for low, high in parts:
         for element in range(elements):
-            r, slope = _placed(nodes, low, high, element, elements)
+            r, slope = _placed(_NODES, low, high, element, elements)
             edges.append(float(_placed(np.array(1.0), low, high, element, elements)[0]))
             radius.append(r)
-            weight.append(weights * slope * r**2)
+            weight.append(_WEIGHTS * slope * r**2)
             operators.append(_operators(low, high, element, elements, degrees))
     inward, outward = (np.array(kind) for kind in zip(*operators, strict=True))
     return Mesh(inner, 0 if hollow else NODES * elements, np.array(parts), np.array(edges), np.concatenate(radius),
@@ -111,14 +112,6 @@ def _placed(x, low, high, element, elements):
     """Radius and its derivative at the element's own variable x in [-1, 1]."""
     t = (element + (x + 1) / 2) / elements
     return low + (high - low) * t**2 * (3 - 2 * t), (high - low) * 6 * t * (1 - t) / (2 * elements)
-
-
-@functools.cache
-def _to_legendre() -> np.ndarray:
-    # Values at the nodes to Legendre coefficients.
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    values = np.polynomial.legendre.legvander(nodes, NODES - 1)
-    return (np.arange(NODES) + 0.5)[:, None] * values.T * weights
 
 
 def _operators(low, high, element, elements, degrees):
@@ -139,13 +132,11 @@ def _quadrature(outwards: bool) -> tuple[np.ndarray, ...]:
     # From the lower edge up to each node and the upper edge, or from the upper edge down to each and the lower, in the
     # element's own variable, the same in all: ends of the intervals, points within them, lengths, weights, and at those
     # points the polynomials that are 1 at one node.
-    nodes, _ = np.polynomial.legendre.leggauss(NODES)
     points, weights = np.polynomial.legendre.leggauss(_PRODUCT_POINTS)
-    ends = np.append(nodes, -1.0 if outwards else 1.0)[:, None]
+    ends = np.append(_NODES, -1.0 if outwards else 1.0)[:, None]
     start = 1.0 if outwards else -1.0
     x = start + (ends - start) * (points + 1) / 2
-    basis = np.polynomial.legendre.legvander(x, NODES - 1) @ _to_legendre()
-    return ends, x, np.abs(ends - start), weights, basis
+    return ends, x, np.abs(ends - start), weights, lagrange(_NODES, x)
 
 
 def even_legendre(mu: np.ndarray, degree: int) -> np.ndarray:
