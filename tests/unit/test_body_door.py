@@ -244,7 +244,6 @@ def test_only_the_entry_point_that_a_scene_names_is_imported(tmp_path, monkeypat
         (3.0, "float is no initial body: it must be a subclass of astroinertia.initial.Body"),
         (type("Bare", (Body,), {"kind": "bare"}), "Bare is no initial body: decorate it with @dataclass(frozen=True)"),
         (made(kind="dyson"), "'dyson' is the name of a built-in one"),
-        (made(options={}), "its `options` must describe each of its fields, but not so thickness"),
         (made(models=("ellipsoid",)), "its `models` must be some of sph, rigid"),
         (made(extent=Body.extent), "it must have `density` and `extent`, or `particles`"),
     ],

@@ -441,8 +441,6 @@ def made(**parts: Any) -> type:
         (type("Bare", (Warm,), {"kind": "bare"}), "Bare is no equation of state: decorate it with @pytree"),
         (made(kind="hybrid"), "'hybrid' is the name of a built-in one"),
         (made(kind="own"), "'own' is the name of a built-in one"),
-        (made(kind="Made Up"), "its `kind` must be a name of small letters"),
-        (made(options={}), "its `options` must describe each of its fields, but not so bulk_modulus"),
         (made(curved=True), "its internal energy must be linear in A"),
         (made(entropy=Matter.entropy), "with `thermal` it must have `entropy` and `entropy_rate`"),
         (

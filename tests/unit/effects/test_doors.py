@@ -65,13 +65,17 @@ def fails(*arguments: Any) -> None:
 def test_what_is_wrong_of_any_class_is_one_sentence(door: Any) -> None:
     assert f"the class Made of {__name__}, given from Python" in plan(loads(SCENE, effects=[made(door.name)()])).text()
     wrong = [
+        ({"kind": "Made Up"}, "its `kind` must be a name of small letters"),
+        ({"options": {}}, "its `options` must describe each of its fields, but not so k"),
         ({"options": {"k": 1.0}}, "its `options` must describe k by an Option"),
         ({"options": ["k"]}, "its `options` must describe each of its fields"),
         ({"options": {**LENGTH, 3: LENGTH["k"]}}, "its `options` must describe each of its fields, but not so 3"),
         ({"source": 3}, "its `source` must be text"),
     ]
     if door.models:
-        wrong += [({"models": models}, "its `models` must be some of sph, ") for models in (3, "sph", (["sph"],))]
+        wrong += [
+            ({"models": models}, "its `models` must be some of sph, ") for models in (3, "sph", ("gas",), (["sph"],))
+        ]
     if door.name == "effects":
         wrong.append(({"size": "large"}, "its `size` must be a Measure"))
     for parts, sentence in wrong:
