@@ -253,8 +253,8 @@ def _coordinates(
     coords |= {name: label(name) for name in LABELS}
     effects = [*metadata.get("effects", []), *metadata.get("skipped_effects", {})]
     coords["effect"] = ("effect", np.array(effects, dtype=str), {"long_name": "effect"})
-    coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of gravitational waves"})
-    bins = {"long_name": "shell of equal mass, from the centre outwards"}
+    coords["frequency"] = ("frequency", frequency, {"units": "Hz", "long_name": "frequency of the waves"})
+    bins = {"long_name": "shell of equal mass, outwards"}
     coords["radius_bin"] = ("radius_bin", np.arange(variables["radius_profile"][1].shape[1]), bins)
     if "sink_mass" in variables:
         coords["sink"] = ("sink", np.arange(variables["sink_mass"][1].shape[1]), {"long_name": "sink, by age"})

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from astropy import units
+from xarray.plot.utils import label_from_attrs
 
 import astroinertia
 from astroinertia import dataset
@@ -129,6 +130,8 @@ def test_what_cf_asks_of_a_file_is_there(run):
         assert all(plain.attrs[name] for name in ("title", "history", "source"))
         assert all(each.attrs.get("long_name") or each.attrs.get("standard_name") for each in plain.variables.values())
         assert all("units" in each.attrs for each in plain.data_vars.values())
+        below = [label_from_attrs(plain[name]) for name in ("time", "frequency", "radius_bin", "mode", "principal")]
+        assert [text for text in below if "\n" in text] == []  # below xarray's default axes a second line is cut
     with netCDF4.Dataset(
         run / "affine_star.nc"
     ) as file:  # labels as characters, the form that CF has had from the start
