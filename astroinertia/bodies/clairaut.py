@@ -227,7 +227,7 @@ def _column(values: Array, like: Array) -> Array:
 
 def _disturbance(body: LayeredBody, degree: int, steps: int) -> tuple[Array, Array, Array]:
     """(A, b) outside the surface, and P at the outer boundary of each layer, for a disturbance of any one size."""
-    if degree < 2 or degree != int(degree):
+    if not degree >= 2 or degree % 1 != 0:
         raise ValueError(f"Clairaut's equation needs a whole degree of 2 or more, not {degree!r}")
     if steps < 1:
         raise ValueError(f"the steps of Clairaut's equation must be at least 1 a layer, not {steps!r}")

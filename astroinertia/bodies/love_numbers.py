@@ -161,7 +161,7 @@ def love_numbers(planet: YieldingBody, degree: int = 2, frequency: Array = math.
     >>> print(f"{love_numbers(melting, 2, 4.11e-5).k:.4f}")
     0.0306-0.0355j
     """
-    if degree != int(degree) or degree < 2:
+    if not degree >= 2 or degree % 1 != 0:
         raise ValueError("the degree of a Love number is a whole number from 2 on")
     rates = np.asarray(frequency, dtype=float)
     if np.any(rates == 0) or np.any(np.isnan(rates)):

@@ -151,9 +151,10 @@ def test_radau_darwin_inverts_and_is_exact_where_it_should_be():
             radau_darwin_love_number(ratio)
 
 
-def test_degrees_without_meaning_are_refused():
+@pytest.mark.parametrize("degree", [1, 2.5, np.inf, np.nan])
+def test_degrees_without_meaning_are_refused(degree):
     with pytest.raises(ValueError, match="degree of 2 or more"):
-        love_number(constant_layers([1.0], [1.0]), 1)
+        love_number(constant_layers([1.0], [1.0]), degree)
 
 
 def test_a_body_faster_than_an_orbit_at_its_surface_is_refused():

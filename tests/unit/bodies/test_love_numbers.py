@@ -287,6 +287,7 @@ def test_compression_yields_more_and_thin_layers_change_nothing():
 def test_what_is_no_planet_is_refused():
     for call, message in (
         (lambda: love_numbers(yielding_body(SPHERE, [1.0]), 1), "from 2 on"),
+        (lambda: love_numbers(yielding_body(SPHERE, [1.0]), np.inf), "from 2 on"),
         (lambda: love_numbers(yielding_body(SPHERE, [1.0]), 2, 0.0), "above or below 0"),
         (lambda: yielding_body(SPHERE, [1.0, 2.0]), "of which there are 1"),
         (lambda: yielding_body(SPHERE, [[1.0, -2.0]]), "rigidity of a layer"),
