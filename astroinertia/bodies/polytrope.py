@@ -293,4 +293,5 @@ def polytrope_radius(index: float, mass: float, constant: float, gravitational_c
     if abs(index - 3) < 1e-9:
         raise ValueError("a polytrope of index 3 has any radius: its mass, not its radius, follows from K")
     unit = Polytrope(index).constant * gravitational_constant
-    return (constant / (unit * mass ** ((index - 1) / index))) ** (index / (3 - index))
+    # The power of each by itself: for a small index that of the mass is beyond what numbers hold before the root.
+    return (constant / unit) ** (index / (3 - index)) * mass ** ((1 - index) / (3 - index))

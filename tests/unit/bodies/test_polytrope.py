@@ -63,6 +63,12 @@ def test_units_and_constant(index):
         assert polytrope_radius(index, 1.7, body.constant, 2.5) == pytest.approx(0.3, rel=1e-12)
 
 
+def test_the_radius_of_a_star_of_nearly_constant_density_in_si():
+    """Its mass to the power of (n - 1)/n is no number in kilograms."""
+    body = Polytrope(0.05, 2e30, 7e8, gravitational_constant=6.6743e-11)
+    assert polytrope_radius(0.05, 2e30, body.constant, 6.6743e-11) == pytest.approx(7e8, rel=1e-12)
+
+
 def test_hydrostatic_balance():
     body = Polytrope(1.5, mass=2.0, radius=3.0)
     r, step = np.linspace(0.1, 2.9, 40), 1e-4
