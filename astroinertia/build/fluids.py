@@ -33,7 +33,7 @@ def _equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | 
     assert chosen is not None  # the schema asks for it where the model needs it
     if chosen.made_by:
         made = building(chosen.made_by)(chosen, scene.origin, units)
-        _refuse_thin(scene, units, initial, made)
+        refuse_thin(scene, units, initial, made.least_density(0))
         return made
     constant = _constant(scene, units, initial, chosen.first_gamma) if hasattr(chosen, "constant") else None
     matter = chosen.matter(units, constant)
@@ -45,15 +45,15 @@ def _equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | 
     return matter
 
 
-def _refuse_thin(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, matter: Any) -> None:
-    """SceneError for a body far thinner than the table of its material, which says nothing there.
+def refuse_thin(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, least: float) -> None:
+    """SceneError for a body far thinner than the least density of its material's table, which says nothing there.
 
     Matter that can be pulled apart has no gas below its table, whose slopes it cannot follow.
     """
     body: Any = scene.body
     if initial is None or body.composite:  # whose layers are made of the tables
         return
-    mean, least = _mean_density(scene, initial), matter.least_density(0)
+    mean = _mean_density(scene, initial)
     chosen: Any = scene.equation_of_state
     if mean < (1.0 if chosen.materials[0].tension else _THIN) * least:
         shown = [f"{density * units.unit('density'):.3g} kg m-3" for density in (mean, least)]

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.build.fluids import refuse_without_equilibrium
+from astroinertia.build.fluids import equation_of_state, refuse_thin, refuse_without_equilibrium
 from astroinertia.build.materials import equation
 from astroinertia.build.spheres import sphere
 from astroinertia.build.spin import rotation_amount
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.table import read_body
@@ -29,14 +30,11 @@ _ORBIT = "of an orbit at its equator"
 def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
-    It is a star beyond its limits, a body that turns faster than break-up, a gas without its heat, a material whose
-    file does not fit it, electrons that would be lost twice, spheres about the middle of several bodies, error bars of
-    a closed form, or a companion that begins or comes within a rigid body.
+    It is a star beyond its limits, a body that turns faster than break-up, a gas without its heat, matter that does not
+    fit its file or all bodies, electrons that would be lost twice, spheres about the middle of several bodies, error
+    bars of a closed form, or a companion that begins or comes within a rigid body.
     """
     _refuse_lost_twice(scene)
-    fluid: Any = scene.equation_of_state
-    for material in fluid.materials if fluid is not None and fluid.kind == "materials" else ():
-        equation(material, scene.origin)
     if scene.bodies and "relativistic_potential" in scene.effects:
         raise SceneError(
             "[effects.relativistic_potential] is the mean of relativity's gravity over spheres about the centre of "
@@ -56,11 +54,33 @@ def refuse_impossible(scene: Scene) -> None:
         if body.quickly_known:
             sphere(alone, units)
         if scene.model == "sph":
+            if body.rotation is not None and body.rotation.t_over_w is not None:
+                rotation_amount(alone, units, "gravity" in scene.effects and body.placing != "placing.of_table")
             _refuse_break_up(alone, units)
             if body.placing == "placing.of_table":
                 _refuse_without_heat(alone)
             elif body.placing == "placing.of_sphere" and not hasattr(body, "file"):  # which may have its own heat
                 refuse_without_equilibrium(alone)
+    if scene.model == "sph" and scene.equation_of_state is not None:
+        _refuse_matter(scene, units)
+
+
+def _refuse_matter(scene: Scene, units: CodeUnits) -> None:
+    """Of materials, by their files; of others, by their constants, of which all bodies have the same."""
+    fluid: Any = scene.equation_of_state
+    if fluid.kind == "materials":
+        first, *_ = [equation(material, scene.origin) for material in fluid.materials]
+        least = units.to_code(first.densities[0], "density")
+        for alone in scene.alone():
+            refuse_thin(alone, units, None if alone.body.composite else sphere(alone, units), least)
+    if fluid.made_by:
+        return
+    from_body = getattr(fluid, "constant", None) == FROM_BODY
+    made = [equation_of_state(each, units, sphere(each, units) if from_body else None) for each in scene.alone()]
+    if len(made) > 1:
+        from astroinertia.build.combine import check_same_fluid  # only here: it imports the engines' pytrees
+
+        check_same_fluid(made)
 
 
 def _refuse_within(scene: Scene, units: CodeUnits) -> None:

@@ -167,6 +167,13 @@ def test_a_gas_without_heat_that_nothing_holds_is_refused_first() -> None:
     )
 
 
+def test_a_share_of_the_energy_of_gravity_needs_gravity() -> None:
+    turning = SCENE.format(body=POLYTROPE + "t_over_w = 0.01", units='units = "code"\n')
+    refusals.refuse_impossible(loads(turning))
+    with pytest.raises(SceneError, match="t_over_w needs a self-gravitating body"):
+        refusals.refuse_impossible(loads(turning.replace("[effects.gravity]\n", ""), ["body.entropy=0.3"]))
+
+
 def test_a_material_that_its_file_does_not_fit_is_refused_first(tmp_path) -> None:
     rows = "".join(f"{rho},{u},{0.4 * rho * u}\n" for rho in (1e3, 2e3, 4e3, 8e3) for u in (1e4, 1e5, 1e6, 1e7))
     (tmp_path / "t.csv").write_text("density,internal_energy,pressure\n" + rows)
@@ -174,6 +181,34 @@ def test_a_material_that_its_file_does_not_fit_is_refused_first(tmp_path) -> Non
     refusals.refuse_impossible(loads(rock % 'reference_density = "2e3 kg/m3"', origin=str(tmp_path)))
     with pytest.raises(SceneError, match="the reference_density of rock is outside the densities of its file"):
         refusals.refuse_impossible(loads(rock % 'reference_density = "2 kg/m3"', origin=str(tmp_path)))
+    thin = rock.replace("1500 km", "1e9 km") % 'reference_density = "2e3 kg/m3"'
+    with pytest.raises(SceneError, match=r"too far below 1e\+03 kg m-3, where the table of its material ends"):
+        refusals.refuse_impossible(loads(thin, origin=str(tmp_path)))
+
+
+@pytest.mark.parametrize(
+    ("matter", "radius", "refused"),
+    [
+        ('kind = "polytropic", gamma = 2', 1.5, 'constant = "from body" is not the same for all bodies'),
+        ('kind = "polytropic", gamma = 2', 1.0, ""),
+        ('kind = "polytropic", gamma = 2, constant = 0.3', 1.5, ""),
+        (
+            'kind = "piecewise_polytropic", densities = [1.0], gammas = [1.0000000000000002, 2]',
+            1.0,
+            "must be above 1, by",
+        ),
+    ],
+)
+def test_matter_that_bodies_cannot_share_is_refused_first(matter, radius, refused) -> None:
+    star = 'kind = "polytrope", index = 1, mass = 1.0, particles = 100'
+    bodies = f"bodies = [{{{star}, radius = 1.0}}, {{{star}, radius = {radius}, position = [9.0, 0.0, 0.0]}}]\n"
+    text = f'name = "two"\nunits = "code"\n{bodies}equation_of_state = {{{matter}}}\n'
+    two = loads(text + "effects = {gravity = {}, pressure = {}}\ntime.end = 1.0\n")
+    if not refused:
+        refusals.refuse_impossible(two)
+    else:
+        with pytest.raises(SceneError, match=refused):
+            refusals.refuse_impossible(two)
 
 
 @pytest.mark.parametrize(
