@@ -251,7 +251,7 @@ def solve(
         first = state(first_shape, material.first_depth(radius), rotation.first())
     else:
         first = state(on_points(start, sphere), start.potential, start.small_m)
-    z, sweeps = fixed_point(sweep, first, _TOLERANCE, _MOST_SWEEPS if start is None else _MOST_SWEEPS // 3)
+    z, sweeps = fixed_point(sweep, first, _TOLERANCE, _MOST_SWEEPS)
     small_m = float(z[-1])
     densities, scale, field, x, level, u, _ = one_sweep(z)
     everywhere = slice(None)

@@ -7,8 +7,8 @@ figure_shapes.py. Rotation is rigid.
 
 The field of what lies inside a surface is continued to points of it nearer to the centre than parts of that matter; at
 large flattenings of compressible bodies this sum over harmonics ceases to converge, and NumericalError is raised. With
-the default accuracy this is reached at q = 0.26, 0.36, 0.47 and 0.68 for polytropes of index 0.5, 1, 1.5 and 3,
-flattened by 0.21, 0.22, 0.23 and 0.26 (rotating_star.py goes on to mass shedding); homogeneous spheroids are found up
+the default accuracy this is reached at q = 0.28, 0.38, 0.47 and 0.68 for polytropes of index 0.5, 1, 1.5 and 3,
+flattened by 0.22, 0.23, 0.23 and 0.26 (rotating_star.py goes on to mass shedding); homogeneous spheroids are found up
 to their largest rate of rotation.
 Tests: tests/unit/bodies/test_figures.py, tests/hard/test_figures_hard.py.
 """
@@ -66,21 +66,24 @@ def _layers(edges, powers, nodes: int, harmonics: int) -> list[Layer]:
 def _converged(edges, powers, nodes, harmonics, accuracy, rotation: Rotation, material: Callable) -> Solution:
     """Solve with the number of harmonics asked for, or with more and more until enough or as many as converge."""
     best: Solution | None = None
+    last: Solution | None = None
     stages = STAGES if harmonics is None else [*(count for count in STAGES if count < harmonics), harmonics]
     for count in stages:
         layers = _layers(edges, powers, nodes, count)
         try:
-            solution = solve(layers, material(layers), rotation, count, best)
+            solution = solve(layers, material(layers), rotation, count, last)
         except NumericalError:
-            if best is None:
+            if last is None:
                 solution = _spun_up(layers, material(layers), rotation, count)
             elif harmonics is None:
                 break
             else:
                 raise
-        if best is not None and harmonics is None and solution.truncation > max(best.truncation, TRUNCATION):
+        if best is None or harmonics is not None or solution.truncation < max(best.truncation, TRUNCATION):
+            best = solution
+        elif last is not best:  # twice no better: once may be by chance
             break
-        best = solution
+        last = solution
         if harmonics is None and count >= DEFAULT_HARMONICS and best.truncation < TRUNCATION:
             break
     assert best is not None
