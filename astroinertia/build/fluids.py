@@ -23,6 +23,10 @@ def equation_of_state(scene: Scene, units: CodeUnits, initial: Sphere | Star | N
     """
     try:
         return _equation_of_state(scene, units, initial)
+    except OverflowError:  # whose own text is a number of the system's
+        raise SceneError(
+            "[equation_of_state] in units of the body: its numbers lead beyond the largest that there are."
+        ) from None
     except (ValueError, ArithmeticError) as error:
         message = str(error).removeprefix("equation of state: ")
         raise SceneError(f"[equation_of_state] in units of the body: {message}.") from None

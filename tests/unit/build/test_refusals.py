@@ -167,6 +167,14 @@ def test_a_gas_without_heat_that_nothing_holds_is_refused_first() -> None:
     )
 
 
+def test_matter_beyond_all_numbers_is_refused_in_words() -> None:
+    thin = 'kind = "polytrope"\nindex = 0\nmass = 0.2\nradius = 4e18\nparticles = 84'
+    steep = 'kind = "hybrid"\ngamma_1 = 8.669\ngamma_2 = 9.3\nnuclear_density = 2e-4'
+    text = SCENE.format(body=thin, units='units = "code"\n').replace('kind = "ideal"', steep)
+    with pytest.raises(SceneError, match="in units of the body: its numbers lead beyond the largest that there are"):
+        refusals.refuse_impossible(loads(text))
+
+
 def test_a_share_of_the_energy_of_gravity_needs_gravity() -> None:
     turning = SCENE.format(body=POLYTROPE + "t_over_w = 0.01", units='units = "code"\n')
     refusals.refuse_impossible(loads(turning))
