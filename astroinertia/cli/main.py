@@ -277,14 +277,10 @@ def _plan(options: Options) -> int:
     scene = _load(options)
     cli_calibrate.refuse_processes(options, scene)
     choice.refuse_minutes(options, [scene])
-    from astroinertia.build.assemble import prepare, refuse_contradictions
-    from astroinertia.engines.double import in_double
+    from astroinertia.build.assemble import refuse_contradictions
 
     with _voice("the body is checked"):
         refuse_contradictions(scene)
-        if scene.model != "sph":
-            with in_double():
-                prepare(scene)  # at once, and refuses what no body of that model can be
         if scene.judged_by:
             from astroinertia.accuracy.selected_observables import parsed  # only here: it imports xarray
 

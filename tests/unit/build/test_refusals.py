@@ -219,21 +219,6 @@ def test_matter_that_bodies_cannot_share_is_refused_first(matter, radius, refuse
             refusals.refuse_impossible(two)
 
 
-@pytest.mark.parametrize(
-    ("scene", "setting", "words"),
-    [
-        ("tennis_racket", "body.velocity_gradient=" + str([["0.1 1/s"] * 3] * 3), "a flow that a rigid body does"),
-        ("riemann_ellipsoid", "body.pressure_fraction=0.5", "pressure_fraction is for a gas"),
-        ("core_to_pulsar_scaling", "body.axes=[1.0, 0.9, 0.8]", "about an axis that the body is not symmetric about"),
-    ],
-)
-def test_plan_refuses_what_no_body_without_particles_can_be(scene, setting, words, capsys) -> None:
-    assert main(["plan", str(SIMS / f"{scene}.toml")]) == 0
-    assert main(["plan", str(SIMS / f"{scene}.toml"), "--set", setting]) == 2
-    (sentence,) = capsys.readouterr().err.splitlines()[-1:]
-    assert words in sentence
-
-
 def test_plan_refuses_in_one_sentence_and_knows_the_star_that_will_be(tmp_path, capsys) -> None:
     file = tmp_path / "star.toml"
     file.write_text(SCENE.format(body=STAR + "axis_ratio = 0.8", units='units = "code"\n'))
