@@ -10,7 +10,7 @@ _YOSHIDA = {"n1": (1.0, 0.14305187166806682), "n15": (1.5, 0.1706234364060331), 
 
 def wisdom_hubbard() -> Quantities:
     """Zonal harmonics of the n = 1 polytrope at Jupiter's rotation."""
-    figure = figure_of_polytrope(1.0, rotation_parameter=_JUPITER)
+    figure = figure_of_polytrope(1.0, rotation_parameter=_JUPITER, harmonics=12)
     return {f"j{2 * k + 2}": float(figure.zonal_harmonics[k]) for k in range(4)}
 
 
