@@ -156,11 +156,19 @@ def _wobble_period(moments: np.ndarray, along: np.ndarray) -> np.ndarray:
 
 
 def _period_of_motion(time: np.ndarray, along: np.ndarray) -> np.ndarray | None:
-    """That of L about the axis of the largest moment; None where it turns too far from one record to the next."""
+    """The time of the turn of L about the axis of the largest moment that is nearest to each record.
+
+    None where there is no whole turn, and where L turns too far from one record to the next, or back.
+    """
     phase = np.unwrap(np.arctan2(along[:, 1], along[:, 0]))
-    if len(phase) < 3 or not 0.0 < abs(np.diff(phase)).max() < 0.5 * np.pi:
+    phase = np.copysign(1.0, phase[-1] - phase[0]) * phase
+    steps = np.diff(phase)
+    if phase[-1] - phase[0] < 2.0 * np.pi or not (steps > 0.0).all() or steps.max() > 0.5 * np.pi:
         return None
-    return 2.0 * np.pi / np.maximum(abs(np.gradient(phase, time)), 1e-300)
+    from scipy.interpolate import CubicSpline  # only here: most files that are opened are of no rigid body
+
+    passes, middle = CubicSpline(phase, time), np.clip(phase, phase[0] + np.pi, phase[-1] - np.pi)
+    return passes(middle + np.pi) - passes(middle - np.pi)
 
 
 def _settling_time(series: Series) -> float | None:
