@@ -290,7 +290,7 @@ def figure_of_polytrope(
     P = K rho^(1 + 1/n) with the K that mass and radius ask for. One of small_m, rotation_parameter and
     angular_velocity; harmonics, nodes and accuracy as for `figure_of_density`. Raises ValueError for bad arguments (for
     n = 0 take `figure_of_density` with one density), NumericalError where no figure is found or it is not that
-    accurate. Source: figure_shapes.py; checked by tests/unit/bodies/test_figures.py against spectral solutions of n = 1.
+    accurate. Source: figure_shapes.py; checked by tests/unit/bodies/test_figures.py against spectral ones of n = 1.
 
     >>> print(f"{figure_of_polytrope(1.0, small_m=0.08).flattening:.4f}")  # nearly Jupiter, 0.065
     0.0612

@@ -274,7 +274,7 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     lines = [
         (unowned, "angular momentum", {"color": style.BLUE}),
         (abs(energy) / energy_scale(dataset), "energy", {"color": style.VERMILLION}),
-        (dataset["ledger_closure"].values, "closure of the inertia ledger", {"color": style.GREEN}),
+        (dataset["ledger_closure"].values, "ledger closure", {"color": style.GREEN}),
     ]
     axes.set_title("What no effect accounts for, over the largest")
-    style.relative_sizes(axes, times, lines, loc="best")
+    style.relative_sizes(axes, times, lines)

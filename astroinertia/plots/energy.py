@@ -94,7 +94,7 @@ def _errors(axes, dataset: xr.Dataset) -> None:
     lines = [
         (abs(total - total[0]) / largest, "change of the total", {"color": style.GREY, "linewidth": 3.2, "alpha": 0.6}),
         (error, "integration error", {"color": style.VERMILLION}),
-        (dataset["ledger_closure"].values, "closure of the inertia ledger", {"color": style.GREEN}),
+        (dataset["ledger_closure"].values, "ledger closure", {"color": style.GREEN}),
     ]
     style.relative_sizes(axes, times, lines, loc="center left", bbox_to_anchor=(1.0, 0.5))
     style.mark_compression(axes, dataset, factor)

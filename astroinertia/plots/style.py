@@ -304,7 +304,10 @@ def legend(axes: Any, *named: Any, room: float = 0.16, **look: Any) -> None:
 def relative_sizes(
     axes: Any, times: np.ndarray, lines: Sequence[tuple[np.ndarray, str, dict[str, Any]]], **place: Any
 ) -> None:
-    """Positive values, each with its name and look, in logarithms; a note where there are none."""
+    """Positive values, each with its name and look, in logarithms; a note where there are none.
+
+    place: of the legend, without it in a row above the curves.
+    """
     drawn = [values for values, _, _ in lines if (values > 0).any()]
     if not drawn:
         note(axes, "nothing to the last bit", timed=True)
@@ -314,8 +317,11 @@ def relative_sizes(
             curve(axes, times, np.where(values > 0, values, np.nan), label=text, **{"linewidth": 1.3, **look})
     low, high = robust_limits(np.concatenate(drawn), 1e-18)
     axes.set(yscale="log", ylim=(low, max(high, 30 * low)), ylabel="relative size")
+    if place:
+        axes.legend(**place)
+    else:
+        legend(axes)
     plain_log(axes.yaxis, *axes.get_ylim())
-    axes.legend(**place)
 
 
 def time_colours(dataset: xr.Dataset) -> ScalarMappable:
