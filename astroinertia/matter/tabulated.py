@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from astroinertia.engines.elementwise import Table, elementwise
+from astroinertia.engines.elementwise import Table, by_numpy, elementwise
 from astroinertia.engines.pytree import pytree
 
 Array = Any
@@ -298,9 +298,14 @@ class Tabulated:
         """
         _, _, before, _, slope = self._splines(xp, tabulated, rho, A)
         u, least = before + heat, xp.broadcast_to(least, rho.shape)
-        linear, after = self._splines(xp, labels_after, rho, A, heat, least, u, slope)
+        if by_numpy(xp):
+            linear, after = self._splines(xp, labels_after, rho, A, heat, least, u, slope)
+        else:  # xla compiles the search in the table for half a minute: Newton's method goes twice by the slope
+            linear = xp.maximum(A + heat / xp.maximum(slope, _FLATTEST), least)
+            _, _, there, _, slope = self._splines(xp, tabulated, rho, linear)
+            after = xp.maximum(linear + (u - there) / xp.maximum(slope, _FLATTEST), least)
         energies = self.energy(xp, rho, linear), self.energy(xp, rho, after)
-        scale = xp.broadcast_to(self.numbers[NUMBERS * xp.asarray(self.material, dtype=int) + 2], rho.shape)
+        scale = xp.broadcast_to(xp.asarray(self.numbers)[NUMBERS * xp.asarray(self.material, dtype=int) + 2], rho.shape)
         return elementwise(xp, better_label, linear, after, *energies, u, scale)
 
     def entropy_rate(self, xp, rho, q):

@@ -49,11 +49,10 @@ def test_layers_hold_their_share_of_particles_of_their_own_material(solved):
 def test_both_engines_move_the_same_planet():
     """Particles that carry their material through sorting: sums in another order is all that differs, 2e-14.
 
-    Without viscosity, whose heat in tabulated matter is of first order in xla; and Omega, which either engine takes at
-    another iterate of the smoothing length, is as exact as that.
+    Omega, which either engine takes at another iterate of the smoothing length, is as exact as that.
     """
     states = []
-    text = SCENE.read_text().replace("[effects.viscosity]\n", "")
+    text = SCENE.read_text()
     for engine in ("numba_cpu", "xla"):
         settings = [*UNSETTLED, f'numerics.engine="{engine}"', "numerics.smoothing_tolerance=1e-13"]
         with jax.enable_x64(True):

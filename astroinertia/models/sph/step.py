@@ -8,7 +8,6 @@ is predicted for the end of the step, which makes them time-centred.
 from dataclasses import replace
 from typing import Any
 
-from astroinertia.engines.elementwise import by_numpy
 from astroinertia.models.sph import points
 from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.evaluate import evaluated
@@ -34,8 +33,7 @@ def half_kick(problem: Problem, state: State, dt: Array) -> State:
     xp, rates = problem.engine.xp, state.rates
     change = change_by_rates(xp, state, dt)
     heat = Heat(rates.heating, rates.exchange, rates.entropy_rate, dt, dt)
-    curved = problem.equation_of_state.curved and by_numpy(xp)  # xla compiles that for minutes: first order there
-    matter = problem.matter(state.material) if curved else None
+    matter = problem.matter(state.material) if problem.equation_of_state.curved else None
     state = kick(xp, state, change, heat, rates.fluid.density, matter)
     return replace(state, points=points.pushed(xp, problem.effects, state.points, rates.fluid, dt))
 

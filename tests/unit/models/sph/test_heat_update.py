@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -51,6 +53,19 @@ def test_heat_in_proportion_to_the_slope_alone_would_miss(matter: Any) -> None:
     slope = 1.0 / mixed.state(np, RHO, LABEL)[4]
     wrong = mixed.energy(np, RHO, LABEL + heat / slope) - mixed.energy(np, RHO, LABEL) - heat
     assert np.abs(wrong).max() > 0.01
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-2, 30.0])
+def test_xla_gives_the_ledger_what_matter_has_and_misses_little(matter: Any, size: float) -> None:
+    """Newton's second step: half of all matter misses less than a hundredth of what the slope alone does."""
+    mixed, heat = matter.of(MATERIAL), size * random.random(COUNT)
+    with jax.enable_x64(True):
+        program = jax.jit(lambda rho, label, heat: mixed.heated(jnp, rho, label, heat, -jnp.inf))
+        after, missed = (np.asarray(array) for array in program(RHO, LABEL, heat))
+    u, slope = mixed.energy(np, RHO, LABEL), 1.0 / mixed.state(np, RHO, LABEL)[4]
+    np.testing.assert_allclose(mixed.energy(np, RHO, after), u + heat + missed, rtol=1e-13, atol=1e-12)
+    by_slope = mixed.energy(np, RHO, LABEL + heat / slope) - u - heat
+    assert np.median(np.abs(missed)) < 0.01 * np.median(np.abs(by_slope))
 
 
 def test_heat_too_little_for_the_digits_of_the_energy_adds_up(matter: Any) -> None:
