@@ -28,6 +28,19 @@ def _vector_fill(typingctx, array, position, value):
 
 
 @intrinsic
+def _vector_copy(typingctx, source, position, zero, row, place):
+    def codegen(context, builder, signature, args):
+        build = Lanes(context, builder, signature, args)
+        values = builder.fsub(build.load(0, args[1], LANES), build.spread(args[2], LANES))
+        target = build.pointer(3, args[4], LANES)
+        values = values if values.type == target.type.pointee else builder.fptrunc(values, target.type.pointee)
+        builder.store(values, target, align=4)
+        return context.get_dummy_value()
+
+    return types.void(source, types.int64, source.dtype, row, types.int64), codegen
+
+
+@intrinsic
 def _vector_take(typingctx, source, axis, indices, count, zero, row):
     def codegen(context, builder, signature, args):
         build, lanes = Lanes(context, builder, signature, args), 8
@@ -182,12 +195,13 @@ def _row_copier(width):
 # row_spreader(rows, begin)(table, index, count, out): out[r, k] = table[index[k], begin + r] for so many rows r; count
 # is a multiple of LANES. row_copier(width)(table, index, count, zero, out): out[k] = table[index[k]] - zero, of this
 # width. vector_take(source, axis, indices, count, zero, row): row[k] = source[indices[k], axis] - zero; axis 0 of plain
-# arrays. vector_fill(array, position,
-# value): LANES elements.
+# arrays. vector_fill(array, position, value): LANES elements. vector_copy(source, position, zero, row, place): LANES
+# elements of source from a position on, less zero, to those of row; compilers would first ask whether arrays overlap.
 if COMPACTED_BITS:
     row_spreader = _row_spreader
     row_copier = _row_copier
     vector_fill = _vector_fill
+    vector_copy = _vector_copy
     vector_take = _vector_take
 else:
 
@@ -219,6 +233,11 @@ else:
             array[position + k] = value
 
     @njit(**PART)
+    def _plain_vector_copy(source, position, zero, row, place):
+        for k in range(LANES):
+            row[place + k] = source[position + k] - zero
+
+    @njit(**PART)
     def _plain_vector_take(source, axis, indices, count, zero, row):
         values = source.reshape(-1)
         width = len(values) // len(source)
@@ -226,4 +245,4 @@ else:
             row[k] = values[width * indices[k] + axis] - zero
 
     row_spreader, row_copier = _plain_row_spreader, _plain_row_copier
-    vector_fill, vector_take = _plain_vector_fill, _plain_vector_take
+    vector_fill, vector_copy, vector_take = _plain_vector_fill, _plain_vector_copy, _plain_vector_take

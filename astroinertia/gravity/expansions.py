@@ -155,13 +155,13 @@ def interactions(p: int) -> list[str]:
     targets = harmonic(p)
     lines = [
         "@njit(fastmath=LOOP_FLAGS, **PART)",
-        "def far_field(count, centre_x, centre_y, centre_z, size, places, features, columns, local):",
+        "def far_field(count, size, apart, features, columns, local):",
         "    widest_vectors()",
-        "    all_x, all_y, all_z, sizes = places[0], places[1], places[2], features[5]",
+        "    all_x, all_y, all_z, sizes = apart[0], apart[1], apart[2], features[5]",
         *[f"    all_{_name('m', a)} = columns[{n}]" for n, a in enumerate(sources)],
         *[f"    {_name('s', b)} = real(0)" for b in targets],
         "    for k in range(padded(count)):",
-        "        x, y, z = real(centre_x - all_x[k]), real(centre_y - all_y[k]), real(centre_z - all_z[k])",
+        "        x, y, z = -all_x[k], -all_y[k], -all_z[k]",
         "        inverse = inverse_distance(x * x + y * y + z * z)",
         "        x, y, z = x * inverse, y * inverse, z * inverse",
         "        t1 = sizes[k] * inverse",

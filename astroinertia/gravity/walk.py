@@ -11,7 +11,7 @@ from numba import njit
 
 from astroinertia.engines.numba_float64 import inverse_distance, real
 from astroinertia.engines.numba_parts import LOOP_FLAGS, with_columns
-from astroinertia.engines.numba_tables import row_spreader
+from astroinertia.engines.numba_tables import row_spreader, vector_copy
 from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, larger_of, padded, take, where, widest_vectors
 from astroinertia.engines.templates import executed
 from astroinertia.gravity.compaction import compacted
@@ -28,24 +28,36 @@ spread_about = row_spreader(8, 0)
 spread_moments = row_spreader(MOMENTS, 0)
 
 
+@njit(**PART)
+def gathered(listed, count, where_is, about, centre, places, apart, features):
+    """The nodes listed, as columns, in whole vectors: places (4, n), those about a centre, apart (3, n), and features.
+
+    Loops over these hold no float64 besides, which would halve the width of their vectors.
+    """
+    spread_places(where_is, listed, padded(count), places)
+    spread_about(about, listed, padded(count), features)
+    for k in range(0, count, LANES):
+        for a in range(3):
+            vector_copy(places[a], k, centre[a], apart[a], k)
+
+
 @njit(fastmath=TEST_FLAGS, **PART)
-def sort_candidates(node, listed, count, places, features, where_is, about, bucket, theta, tolerance, far, part, hand,
-                    near):  # fmt: skip
+def sort_candidates(node, listed, count, apart, features, about, bucket, theta, tolerance, far, part, hand, near):
     """Keys below 0: taken by expansions; split; deferred to the target's children; taken particle by particle.
 
-    places, features: of the candidates listed, as columns.
+    apart, features: of the candidates listed, as `gathered`. Whole vectors, all of them rounded alike.
     """
     widest_vectors()
-    x_a, y_a, z_a = where_is[node, 0], where_is[node, 1], where_is[node, 2]
     r_a, s_a, m_a, g_a, clamp_a, sheet_a = (
         about[node, 0], about[node, 1], about[node, 2], about[node, 3], about[node, 4], about[node, 7]
     )  # fmt: skip
+    number_a = np.int32(node)
     single_a, bucket_a = about[node, 6] < real(0), abs(about[node, 6]) <= bucket
-    all_x, all_y, all_z = places[0], places[1], places[2]
+    all_x, all_y, all_z = apart[0], apart[1], apart[2]
     radius, spread, mass, need = features[0], features[1], features[2], features[3]
     clamp, number, sheet = features[4], features[6], features[7]
-    for k in range(count):
-        x, y, z = real(x_a - all_x[k]), real(y_a - all_y[k]), real(z_a - all_z[k])
+    for k in range(padded(count)):
+        x, y, z = all_x[k], all_y[k], all_z[k]
         r_b, s_b, m_b, g_b, clamp_b, sheet_b = radius[k], spread[k], mass[k], need[k], clamp[k], sheet[k]
         r2 = x * x + y * y + z * z
         inverse = inverse_distance(r2)
@@ -61,7 +73,7 @@ def sort_candidates(node, listed, count, places, features, where_is, about, buck
         precise = (error <= tolerance) & (alike <= ALIKE * tolerance)
         accepted = precise & (both < theta * r) & (gap * gap > clamp_a + clamp_b)
         single_b, bucket_b = number[k] < real(0), abs(number[k]) <= bucket
-        larger_b = (r_b > r_a) | ((r_b == r_a) & (listed[k] < node))
+        larger_b = (r_b > r_a) | ((r_b == r_a) & (listed[k] < number_a))
         by_pairs = (not accepted) & bucket_a & bucket_b
         split = (not accepted) & (not by_pairs) & (not single_b) & (single_a | larger_b)
         far[k] = where(accepted, real(-1), real(1))
@@ -102,12 +114,12 @@ def copied(listed, runs, first, last, x_c, y_c, z_c, x, y, z, m, clamp, buffer):
     for n in range(runs):
         begin = first[listed[n]]
         size = last[listed[n]] - begin
-        for k in range(padded(size)):
-            row_x[count + k] = real(x[begin + k] - x_c)
-            row_y[count + k] = real(y[begin + k] - y_c)
-            row_z[count + k] = real(z[begin + k] - z_c)
-            row_m[count + k] = m[begin + k]
-            row_c[count + k] = clamp[begin + k]
+        for k in range(0, size, LANES):
+            vector_copy(x, begin + k, x_c, row_x, count + k)
+            vector_copy(y, begin + k, y_c, row_y, count + k)
+            vector_copy(z, begin + k, z_c, row_z, count + k)
+            vector_copy(m, begin + k, real(0), row_m, count + k)
+            vector_copy(clamp, begin + k, real(0), row_c, count + k)
         count += size
     for k in range(count, padded(count)):  # massless sources fill up the last vector
         row_x[k] = row_y[k] = row_z[k] = row_c[k] = real(1)
@@ -161,7 +173,7 @@ def roomier(array, filled, count):
 
 
 @njit(**PART)
-def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys, places, features):
+def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance, lists, keys, places, apart, features):
     """Sorts all candidates of a node: the numbers of those far, near, and deferred."""
     now, later, far, near, hand = lists[0], lists[1], lists[2], lists[3], lists[4]
     count, fars, nears, hands = filled, 0, 0, 0
@@ -170,12 +182,10 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
     while count > 0:
         for k in range(count, padded(count)):
             now[k] = now[0]
-        spread_places(where_is, now, padded(count), places)
-        spread_about(about, now, padded(count), features)
+        gathered(now, count, where_is, about, where_is[node], places, apart, features)
         sort_candidates(
-            node, now, count, places, features, where_is, about, bucket, theta, tolerance, keys[0], keys[1], keys[2],
-            keys[3]
-        )  # fmt: skip
+            node, now, count, apart, features, about, bucket, theta, tolerance, keys[0], keys[1], keys[2], keys[3]
+        )
         fars = compacted(now, keys[0], count, far, fars)
         hands = compacted(now, keys[2], count, hand, hands)
         nears = compacted(now, keys[3], count, near, nears)
@@ -191,13 +201,14 @@ def seek(node, handed, filled, where_is, about, child, bucket, theta, tolerance,
 def room_for(levels, nodes, width, leaf_size):
     """What a thread works in.
 
-    Ends of what is deferred, coefficients of the nodes above, lists of nodes, their keys, places, features and moments,
-    nodes to come and their depths, targets and their fields.
+    Ends of what is deferred, coefficients of the nodes above, lists of nodes, their keys, places, places apart from a
+    centre, features and moments, nodes to come and their depths, targets and their fields.
     """
     most = nodes + 2 * LANES
     return (
         np.zeros(levels + 2, np.int64), np.zeros((levels + 2, width)), np.empty((5, most), np.int32),
-        np.empty((4, most), real), np.empty((4, most), np.float64), np.empty((8, most), real),
+        np.empty((4, most), real), np.empty((4, most), np.float64), np.empty((3, most), real),
+        np.empty((8, most), real),
         np.empty((MOMENTS, most), real), np.empty((2, 2 * levels + 2), np.int64),
         np.zeros((5, leaf_size + 3 * LANES), real), np.empty((4, leaf_size + 3 * LANES), real), np.zeros(width),
     )  # fmt: skip
@@ -211,7 +222,7 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, parent_
 
     With only_top, tasks are not entered: what they are given is saved.
     """
-    ends, local, lists, keys, places, features, columns, coming, targets, field, nothing = room
+    ends, local, lists, keys, places, apart, features, columns, coming, targets, field, nothing = room
     handed = roomier(handed, 0, len(seeds))
     for k in range(len(seeds)):
         handed[k] = seeds[k]
@@ -243,7 +254,7 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, parent_
             continue
         fars, nears, hands = seek(
             node, handed[offset:filled], filled - offset, where_is, about, child, bucket, theta, tolerance, lists, keys,
-            places, features
+            places, apart, features
         )  # fmt: skip
         shift_local(
             where_is[node, 0] - where_is[parent, 0], where_is[node, 1] - where_is[parent, 1],
@@ -251,11 +262,9 @@ def descend_from(start, only_top, seeds, seed_local, first, last, child, parent_
         )  # fmt: skip
         for k in range(fars, padded(fars)):
             lists[2, k] = lists[2, 0]
-        spread_places(where_is, lists[2], padded(fars), places)
-        spread_about(about, lists[2], padded(fars), features)
+        gathered(lists[2], fars, where_is, about, where_is[node], places, apart, features)
         spread_moments(moments, lists[2], padded(fars), columns)
-        far_field(fars, where_is[node, 0], where_is[node, 1], where_is[node, 2], about[node, 5], places, features,
-                  columns, local[depth])  # fmt: skip
+        far_field(fars, about[node, 5], apart, features, columns, local[depth])
         if last[node] - first[node] <= leaf_size:
             if not within:
                 lists[3, nears] = np.int32(node)
