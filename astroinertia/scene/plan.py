@@ -1,7 +1,7 @@
 """What a scene calls for, and why: plain data, worked out without importing an effect or an engine."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,13 +14,13 @@ from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.dimensional import quantity_of as quantity_of_field
 from astroinertia.scene.fluid_kinds.materials import Material
 from astroinertia.scene.fluids import FROM_BODY
-from astroinertia.scene.initial_body import option_lines, option_text
+from astroinertia.scene.initial_body import PlanLine, option_lines, option_text
 from astroinertia.scene.resolution import resolved
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import file_of_scene
 from astroinertia.sph.kernels import KERNELS, eta_for_neighbours, neighbour_number, rising_neighbours
-from astroinertia.units import Dimension, shown
+from astroinertia.units import shown
 
 UNCHOSEN = (
     "settings",
@@ -133,29 +133,30 @@ def gravity_method(scene: Scene, particles: int) -> gravity_costs.Method:
 def plan(scene: Scene) -> Plan:
     """What will be run."""
     titles = [f"bodies.{number}" for number in range(len(scene.bodies))] or ["body"]
-    sections = {title: _body(alone) for title, alone in zip(titles, scene.alone(), strict=True)}
+    sections: dict[str, Sequence[PlanLine]] = {
+        title: plan_body.body_lines(alone) for title, alone in zip(titles, scene.alone(), strict=True)
+    }
     if scene.orbit is not None:
-        lines = scene.orbit.plan_lines(scene.shown)
-        sections["orbit"] = tuple(Line(*line) for line in lines)
+        sections["orbit"] = scene.orbit.plan_lines(scene.shown)
     if scene.model in ("sph", "ellipsoid"):
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
-        sections["regions"] = tuple(Line(name, text) for name, text in region_descriptions(scene).items())
+        sections["regions"] = [*region_descriptions(scene).items()]
     if scene.companions or scene.orbits.archive is not None:
         sections["companions"] = _companions(scene)
     if scene.box is not None:
-        sections["box"] = (Line(*scene.box.plan_line(scene.shown)),)
+        sections["box"] = [scene.box.plan_line(scene.shown)]
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}
     if scene.observed:
-        sections["observables"] = tuple(_observable(scene, kind, entry) for kind, entry in scene.observed.items())
+        sections["observables"] = [_observable(scene, kind, entry) for kind, entry in scene.observed.items()]
     follows = scene.model == "sph" and softening(scene) is None
     if follows and (resolution := resolved(scene, *smoothing(scene))):
-        sections["resolution"] = tuple(Line(*line) for line in resolution)
+        sections["resolution"] = resolution
     if scene.choice:
-        sections["accuracy"] = tuple(Line(name, text) for name, text in scene.choice.items())
+        sections["accuracy"] = [*scene.choice.items()]
     elif scene.wants_choice:
-        sections["accuracy"] = (Line(*UNCHOSEN),)
-    sections["characteristic numbers"] = tuple(Line(*line) for line in plan_effects.number_lines(scene))
+        sections["accuracy"] = [UNCHOSEN]
+    sections["characteristic numbers"] = plan_effects.number_lines(scene)
     sizes = plan_effects.size_descriptions(scene)
     effects = tuple(
         EffectLine(
@@ -172,13 +173,14 @@ def plan(scene: Scene) -> Plan:
         for kind, entry in scene.entries.items()
         if kind in scene.effects or scene.model in entry.models
     )
-    return Plan(scene.name, scene.description.strip(), sections, effects)
+    lines = {title: tuple(Line(*line) for line in section) for title, section in sections.items()}
+    return Plan(scene.name, scene.description.strip(), lines, effects)
 
 
-def _companions(scene: Scene) -> tuple[Line, ...]:
+def _companions(scene: Scene) -> list[PlanLine]:
     if scene.orbits.archive is not None:
         return _of_archive(scene)
-    lines = []
+    lines: list[PlanLine] = []
     for companion in scene.companions:
         if companion.position is not None:
             orbit = "from its position and velocity"
@@ -187,19 +189,19 @@ def _companions(scene: Scene) -> tuple[Line, ...]:
         else:
             size = scene.shown(companion.semi_major_axis or 0.0, "length")
             orbit = f"semi-major axis {size}, eccentricity {companion.eccentricity:g}"
-        lines.append(Line(companion.name, scene.shown(companion.mass, "mass"), f"around {companion.around}, {orbit}"))
+        lines.append((companion.name, scene.shown(companion.mass, "mass"), f"around {companion.around}, {orbit}"))
     if scene.orbits.back_reaction:
-        return (*lines, Line("orbits", "in the steps of the body", "its quadrupole acts back"))
+        return [*lines, ("orbits", "in the steps of the body", "its quadrupole acts back")]
     if scene.effects.get("companions", {}).get("motion") == "live":
-        return (*lines, Line("orbits", "in the steps of the particles", "they feel the particles and each other"))
-    return (*lines, Line("orbits", f"REBOUND, {scene.orbits.integrator}", "the body is a point to them"))
+        return [*lines, ("orbits", "in the steps of the particles", "they feel the particles and each other")]
+    return [*lines, ("orbits", f"REBOUND, {scene.orbits.integrator}", "the body is a point to them")]
 
 
-def _of_archive(scene: Scene) -> tuple[Line, ...]:
+def _of_archive(scene: Scene) -> list[PlanLine]:
     units, archive = code_units(scene), scene.orbits.archive
     body, *others = archive_at_start(scene.orbits, scene.origin, units).particles
-    lines = [Line(shown(one.name), scene.shown(float(units.to_si(one.m, "mass")), "mass")) for one in others]
-    return (*lines, Line("orbits", f"from the archive {archive}", f"about its particle {shown(body.name)}"))
+    lines = [(shown(one.name), scene.shown(float(units.to_si(one.m, "mass")), "mass")) for one in others]
+    return [*lines, ("orbits", f"from the archive {archive}", f"about its particle {shown(body.name)}")]
 
 
 def region_descriptions(scene: Scene) -> dict[str, str]:
@@ -213,37 +215,30 @@ def region_descriptions(scene: Scene) -> dict[str, str]:
     }
 
 
-def _body(scene: Scene) -> tuple[Line, ...]:
-    return tuple(Line(*line) for line in plan_body.body_lines(scene))
-
-
-def _equation_of_state(scene: Scene) -> tuple[Line, ...]:
+def _equation_of_state(scene: Scene) -> list[PlanLine]:
     chosen = scene.equation_of_state
     assert chosen is not None
     if chosen.kind == "own":
-        lines = option_lines(chosen.options, chosen.entry.options, scene)
-        return (
-            Line("kind", chosen.name.replace("_", " "), chosen.entry.described),
-            *(Line(*line) for line in lines),
-        )
+        kind = ("kind", chosen.name.replace("_", " "), chosen.entry.described)
+        return [kind, *option_lines(chosen.options, chosen.entry.options, scene)]
     meaning = (type(chosen).__doc__ or "").split("\n")[0].rstrip(".")
-    lines = [Line("kind", chosen.kind.replace("_", " "), meaning)]
+    lines: list[PlanLine] = [("kind", chosen.kind.replace("_", " "), meaning)]
     for name, value in chosen:
         if name == "kind" or value is None:
             continue
         if name == "materials":
-            lines += [Line(row.name, row.tillotson or row.file, _material(scene, row)) for row in value]
+            lines += [(row.name, row.tillotson or row.file, _material(scene, row)) for row in value]
             continue
         quantity = quantity_of_field(type(chosen).model_fields[name])
         dimension = "dimensionless" if quantity is None else quantity.dimension
         if value == FROM_BODY:
-            lines.append(Line(name, FROM_BODY, "worked out when the body is placed"))
+            lines.append((name, FROM_BODY, "worked out when the body is placed"))
         elif isinstance(value, tuple):
             items = [scene.shown(item, dimension) for item in value]
-            lines.append(Line(name, ", ".join(items)))
+            lines.append((name, ", ".join(items)))
         else:
-            lines.append(Line(name.replace("_", " "), scene.shown(value, dimension)))
-    return tuple(lines)
+            lines.append((name.replace("_", " "), scene.shown(value, dimension)))
+    return lines
 
 
 def _material(scene: Scene, material: Material) -> str:
@@ -264,30 +259,30 @@ MODELS = {
 }
 
 
-def _numerics(scene: Scene) -> tuple[Line, ...]:
-    model = Line("model", scene.model, MODELS[scene.model])
-    return (model, *(_particle_numerics(scene) if scene.model == "sph" else _integrator(scene)), *_units(scene))
+def _numerics(scene: Scene) -> list[PlanLine]:
+    model = ("model", scene.model, MODELS[scene.model])
+    return [model, *(_particle_numerics(scene) if scene.model == "sph" else _integrator(scene)), _units(scene)]
 
 
-def _integrator(scene: Scene) -> tuple[Line, ...]:
+def _integrator(scene: Scene) -> list[PlanLine]:
     numerics = scene.numerics
     if scene.model == "scaling":
-        return ()
+        return []
     if numerics.integrator == "adaptive":
-        return (Line("integrator", "adaptive", f"order 8(7), relative error {numerics.tolerance:g} a step"),)
+        return [("integrator", "adaptive", f"order 8(7), relative error {numerics.tolerance:g} a step")]
     why = f"order {numerics.order}, {numerics.steps_per_rotation:g} steps a rotation"
-    return (Line("integrator", "splitting", why),)
+    return [("integrator", "splitting", why)]
 
 
-def _units(scene: Scene) -> tuple[Line, ...]:
+def _units(scene: Scene) -> PlanLine:
     units = code_units(scene)
     if scene.dimensionless:
-        return (Line("units", "code units", "G = 1, plain numbers at both ends"),)
+        return ("units", "code units", "G = 1, plain numbers at both ends")
     text = f"{units.mass:.6g} kg, {units.length:.6g} m, {units.time:.6g} s"
-    return (Line("code units", text, "G = 1 inside"),)
+    return ("code units", text, "G = 1 inside")
 
 
-def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
+def _particle_numerics(scene: Scene) -> list[PlanLine]:
     numerics = scene.numerics
     eta, neighbours = smoothing(scene)
     factors = {name: getattr(numerics, f"{name}_factor") for name in ("acceleration", "energy")}
@@ -296,14 +291,14 @@ def _particle_numerics(scene: Scene) -> tuple[Line, ...]:
         limits += f", at most {scene.shown(numerics.max_timestep, 'time')}"
     if numerics.free_fall_factor is not None:
         limits += f", at most {numerics.free_fall_factor:g} (G density)^(-1/2)"
-    return (
-        Line("engine", numerics.engine, _precision(scene)),
-        Line("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
+    return [
+        ("engine", numerics.engine, _precision(scene)),
+        ("kernel", numerics.kernel, f"{neighbours:.0f} neighbours, eta {eta:.4g}"),
         _smoothing_lengths(scene),
-        *(_gravity(scene) if "gravity" in scene.effects else ()),
-        Line("time step", limits),
-        Line("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
-    )
+        *([_gravity(scene)] if "gravity" in scene.effects else []),
+        ("time step", limits),
+        ("time steps", numerics.timesteps, SPLITTING[numerics.timesteps]),
+    ]
 
 
 def _precision(scene: Scene) -> str:
@@ -315,19 +310,19 @@ def _precision(scene: Scene) -> str:
     return f"{scene.precision}, for {'no more' if few else 'more'} than {FEW} particles"
 
 
-def _smoothing_lengths(scene: Scene) -> Line:
+def _smoothing_lengths(scene: Scene) -> PlanLine:
     kept = softening(scene)
     if kept is None:
-        return Line("smoothing lengths", f"to {scene.numerics.smoothing_tolerance:g}")
-    return Line("smoothing lengths", scene.shown(kept, "length"), "of every particle, as gravity's softening asks")
+        return ("smoothing lengths", f"to {scene.numerics.smoothing_tolerance:g}")
+    return ("smoothing lengths", scene.shown(kept, "length"), "of every particle, as gravity's softening asks")
 
 
-def _gravity(scene: Scene) -> tuple[Line, ...]:
+def _gravity(scene: Scene) -> PlanLine:
     # Both costs are shown, so that a person sees what the other way would cost.
     gravity, particles = scene.effects["gravity"], scene.particles
     if particles is None:
         why = "by the number of particles in the table" if gravity["method"] == "auto" else "as asked for"
-        return (Line("gravity", gravity["method"], why),)
+        return ("gravity", gravity["method"], why)
     numerics, chosen = scene.numerics, gravity_method(scene, particles)
     error = gravity["force_error"]
     cost = {
@@ -340,7 +335,7 @@ def _gravity(scene: Scene) -> tuple[Line, ...]:
     direct, multipole = duration(cost["direct"]), duration(cost["multipole"])
     value = "direct sums" if chosen == "direct" else f"multipoles, forces to {error:g}"
     why = f"{verdict}: direct sums take about {direct} a step on two cores, multipoles {multipole}"
-    return (Line("gravity", value, why),)
+    return ("gravity", value, why)
 
 
 SPLITTING = {
@@ -362,20 +357,20 @@ def _lasting(scene: Scene, time: float) -> str:
     return f"{time / TIMES[unit]:.6g} {unit}"
 
 
-def _time(scene: Scene) -> tuple[Line, ...]:
+def _time(scene: Scene) -> list[PlanLine]:
     written, end = cadence(scene), scene.time.end
-    lines = [Line("end", _lasting(scene, end))]
+    lines: list[PlanLine] = [("end", _lasting(scene, end))]
     if scene.time.max_steps is not None:
-        lines.append(Line("or after", f"{scene.time.max_steps} steps"))
+        lines.append(("or after", f"{scene.time.max_steps} steps"))
     if written.series_every is not None:
         often = f"every {_lasting(scene, written.series_every)}"
-        lines.append(Line("series", often, f"{records(end, written.series_every)} records"))
+        lines.append(("series", often, f"{records(end, written.series_every)} records"))
     else:
-        lines.append(Line("series", f"every {written.series_steps} steps"))
+        lines.append(("series", f"every {written.series_steps} steps"))
     if scene.model == "sph":
         often = f"every {_lasting(scene, written.snapshot_every)}"
-        lines.append(Line("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
-    return (*lines, Line("checkpoints", f"every {scene.output.checkpoint_seconds:g} s of wall time"))
+        lines.append(("snapshots", often, f"{records(end, written.snapshot_every)} of all particles"))
+    return [*lines, ("checkpoints", f"every {scene.output.checkpoint_seconds:g} s of wall time")]
 
 
 def records(end: float, every: float) -> int:
@@ -385,20 +380,16 @@ def records(end: float, every: float) -> int:
     return (whole if abs(parts - whole) < 1e-9 * max(1.0, parts) else math.floor(parts) + 1) + 1
 
 
-def _observable(scene: Scene, kind: str, entry: Entry) -> Line:
+def _observable(scene: Scene, kind: str, entry: Entry) -> PlanLine:
     quantity, options = quantity_of(entry), _options(scene, entry, scene.observables[kind])
     unit = "1" if scene.dimensionless and quantity.dimension is not None else quantity.unit
     value = f"{quantity.long_name} ({unit})" if unit != "1" else quantity.long_name
-    return Line(kind, value, "; ".join(filter(None, [options, f"from {entry.origin}", entry.source])))
+    return (kind, value, "; ".join(filter(None, [options, f"from {entry.origin}", entry.source])))
 
 
 def _options(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> str:
     return ", ".join(
-        f"{name} {_option(scene, value, entry.options[name].dimension)}"
+        f"{name} {option_text(value, entry.options[name].dimension, scene)}"
         for name, value in values.items()
         if value is not None and scene.model in entry.options[name].models
     )
-
-
-def _option(scene: Scene, value: Any, dimension: str | Dimension) -> str:
-    return option_text(value, dimension, scene)

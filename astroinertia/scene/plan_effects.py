@@ -10,9 +10,8 @@ from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal
 from astroinertia.effects.sizes import MARGIN, effect_size
 from astroinertia.scene.auto import accuracy_of, settled, size_description
 from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.initial_body import PlanLine
 from astroinertia.scene.schema import Scene
-
-PlanLine = tuple[str, str, str]
 
 NUMBERS = {
     "run_length": "run in dynamical times",
