@@ -16,6 +16,8 @@ from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import AstroinertiaError, SceneError
+from astroinertia.inertia.tensor import namespace
+from astroinertia.rotation.attitude import cross_matrix
 from astroinertia.units import CodeUnits, Option, failure
 
 PARTS = (
@@ -163,18 +165,8 @@ def moments(fluid: Any) -> tuple[Any, Any]:
     return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
 
 
-# Generators of the rotations: (GENERATORS[k])[i, j] = -epsilon_kij, so that a rotation about axis k turns i towards j.
-GENERATORS = np.array(
-    [
-        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]],
-        [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
-    ]
-)
-
-
 def angular_velocity_matrix(rate: Any, axis: Any) -> Any:
     """The matrix [w] with [w] x = w cross x for w = rate * axis/|axis|, shape (3, 3)."""
-    x, y, z = axis[0], axis[1], axis[2]
-    generator = x * GENERATORS[0] + y * GENERATORS[1] + z * GENERATORS[2]
-    return generator * (rate / (x * x + y * y + z * z) ** 0.5)
+    x, y, z = axis
+    size = rate / (x * x + y * y + z * z) ** 0.5
+    return cross_matrix(namespace(size).asarray([x * size, y * size, z * size]))

@@ -6,9 +6,10 @@ from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import TURNS, Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
-from astroinertia.effects.effect import GENERATORS, moments
+from astroinertia.effects.effect import moments
 from astroinertia.effects.measure import lit
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
+from astroinertia.rotation.attitude import cross_matrix
 from astroinertia.units import DIMENSIONLESS, SPEED_OF_LIGHT, Option, positive
 
 
@@ -101,7 +102,7 @@ class DipoleBraking(Effect):
     def virial(self, xp, fluid):
         """Q [alpha]^T, whose antisymmetric part is the torque."""
         alpha, second = self.turning(xp, fluid)
-        return second @ xp.tensordot(alpha, xp.asarray(GENERATORS), 1).T
+        return second @ cross_matrix(alpha).T
 
     def timestep(self, xp, fluid):
         """L over the torque: the moment over its k |omega|^(n-1)."""
