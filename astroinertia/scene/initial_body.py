@@ -133,6 +133,22 @@ def wobbling(moments: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]
     return momentum, spin / np.linalg.norm(spin)
 
 
+def spin_of(turns: Any, moment: float, gravitational: float | None) -> float | None:
+    """The rate about an axis of that moment in a body of that |W|, as a part of a scene that turns states it.
+
+    None where it does not follow from a rate, period, angular_momentum or t_over_w.
+    """
+    if turns.rate is not None:
+        return abs(turns.rate)
+    if turns.period is not None:
+        return 2.0 * math.pi / turns.period
+    if turns.angular_momentum is not None:
+        return abs(turns.angular_momentum) / moment if moment else None
+    if gravitational is None or turns.t_over_w is None:
+        return None
+    return math.sqrt(2.0 * turns.t_over_w * gravitational / moment)
+
+
 class Rotation(Part):
     """How the body turns at the start; exactly one of rate, period, angular_momentum, t_over_w and breakup_fraction."""
 
@@ -188,18 +204,6 @@ class Rotation(Part):
             return self.axis
         x, y, z = (float(component) for component in self.tilt @ self.axis)
         return x, y, z
-
-    def spin(self, moment: float, gravitational: float | None) -> float | None:
-        """The rate about an axis of that moment in a body of that |W|; None where it does not follow."""
-        if self.rate is not None:
-            return abs(self.rate)
-        if self.period is not None:
-            return 2.0 * math.pi / self.period
-        if self.angular_momentum is not None:
-            return abs(self.angular_momentum) / moment if moment else None
-        if gravitational is None or self.t_over_w is None:
-            return None
-        return math.sqrt(2.0 * self.t_over_w * gravitational / moment)
 
 
 class Change(Part):
@@ -424,7 +428,7 @@ class Body(Part):
             # In the axes that the body has before it is turned to its angular momentum.
             along = vectors @ wobbling(values, self._wobble)[1]
         moment = float(along @ tensor @ along)
-        spin = 0.0 if self.rotation is None else self.rotation.spin(moment, gravitational)
+        spin = 0.0 if self.rotation is None else spin_of(self.rotation, moment, gravitational)
         if self.rotation is not None and self.rotation.breakup_fraction is not None:
             spin = self._spin_of_fraction(self.rotation.breakup_fraction, gravitational)
         largest = vectors[:, values > values[2] * (1.0 - EQUAL_MOMENTS)]

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.initial_body import PlanLine, numbers
 from astroinertia.scene.places import place_lines
 from astroinertia.scene.schema import Scene
@@ -48,16 +49,10 @@ def _motion(scene: Scene) -> list[PlanLine]:
         return (
             lines if body.rotates_itself else [*lines, ("rotation", "none" if body.kind != "table" else "none besides")]
         )
-    dimensions = {
-        "rate": "angular_velocity",
-        "period": "time",
-        "angular_momentum": "angular_momentum",
-        "t_over_w": "dimensionless",
-        "axis_ratio": "dimensionless",
-        "breakup_fraction": "dimensionless",
-    }
-    name = next(name for name in dimensions if getattr(spin, name, None) is not None)
-    value = scene.shown(getattr(spin, name), dimensions[name])
+    measures = "rate", "period", "angular_momentum", "t_over_w", "axis_ratio", "breakup_fraction"
+    name = next(name for name in measures if getattr(spin, name, None) is not None)
+    quantity = quantity_of(type(spin).model_fields[name])
+    value = scene.shown(getattr(spin, name), quantity.dimension if quantity else "dimensionless")
     along = (0.0, 0.0, 1.0) if spin is body else tuple(np.round(spin.direction, 12) + 0.0)
     about = "in equilibrium, about z" if spin is body else f"about {numbers(along)}"
     return [*lines, ("rotation", f"{spin.law}, {name} {value}", about), *_attitude(scene)]

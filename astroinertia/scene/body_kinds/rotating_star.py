@@ -20,6 +20,7 @@ from astroinertia.scene.initial_body import (
     Perturbation,
     exactly_one,
     law_with_scale,
+    spin_of,
 )
 
 StarLaw = Literal["rigid", "j_constant", "v_constant", "maclaurin"]
@@ -133,25 +134,19 @@ class RotatingStarBody(Body):
         T/|W| that Maclaurin's spheroid has at its axis ratio.
         """
         assert gravitational is not None  # it has a profile
+        from astroinertia.bodies.maclaurin import from_axis_ratio  # only here: most scenes have no such star
+
         moment = float(tensor[2, 2])
-        if self.t_over_w is not None:
-            ratio = self.t_over_w
-        elif self.rate is not None:
-            ratio = 0.5 * moment * self.rate**2 / gravitational
-        elif self.period is not None:
-            ratio = 0.5 * moment * (2.0 * math.pi / self.period) ** 2 / gravitational
-        elif self.breakup_fraction is not None:
-            orbit = (5.0 - self.index) / (3.0 * self.mass * self.radius**2)  # over |W|, as of the polytrope at rest
-            ratio = 0.5 * moment * self.breakup_fraction**2 * orbit
-        elif self.angular_momentum is not None:
-            ratio = 0.5 * self.angular_momentum**2 / moment / gravitational
+        if self.breakup_fraction is not None:
+            orbit = (5.0 - self.index) * gravitational / (3.0 * self.mass * self.radius**2)  # as of it at rest
+            spin = self.breakup_fraction * math.sqrt(orbit)
+        elif self.axis_ratio is not None:
+            ratio = from_axis_ratio(self.axis_ratio).rotational_to_gravitational
+            spin = math.sqrt(2.0 * ratio * gravitational / moment)
         else:
-            assert self.axis_ratio is not None
-            e = math.sqrt(1.0 - self.axis_ratio**2)
-            sine = math.asin(e)
-            ratio = 0.0 if e < 1e-3 else 1.5 / e**2 - 1.0 - 1.5 * math.sqrt(1.0 - e**2) / (e * sine)
-        rotational = ratio * gravitational
-        spin = math.sqrt(2.0 * rotational / moment)
+            spin = spin_of(self, moment, gravitational)
+            assert spin is not None
+        rotational = 0.5 * moment * spin**2
         backwards = (self.rate or self.angular_momentum or 0.0) < 0.0
         axis = (0.0, 0.0, -1.0 if backwards else 1.0)
         shear = 0.0 if self.law == "rigid" else spin

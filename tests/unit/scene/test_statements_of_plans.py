@@ -65,6 +65,13 @@ def test_a_rotating_star_with_a_flow_besides_turns_about_its_own_axis():
     assert backwards.spin == pytest.approx(0.05) and backwards.spin_axis == pytest.approx((0.0, 0.0, -1.0))
 
 
+@pytest.mark.parametrize("axis_ratio", [1.0 - 1e-6, 1.0 - 1e-9])
+def test_a_nearly_round_star_turns_as_little_as_its_axes_say(axis_ratio):
+    """T/|W| of Maclaurin's spheroids is 2 e^2/15 of the axes' e: the difference of large terms has no digits there."""
+    star = characteristic(load.loads(STAR.replace("MORE", f'law = "maclaurin"\naxis_ratio = {axis_ratio!r}')))
+    assert star.rotational == pytest.approx(2.0 / 15.0 * (1.0 - axis_ratio**2) * star.gravitational, rel=1e-5)
+
+
 def test_a_rotating_star_of_isothermal_gas_is_planned():
     assert "Jeans mass" in plan(load.loads(STAR.replace("MORE", "rate = 0.1"))).text()
 
