@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.process.roots import bisected
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import CORE
 
@@ -42,13 +43,9 @@ def core_share(body: Any) -> float:
     if not body.has_core:
         return 0.0
     profile = body.profile()
-    inner, outer = 0.0, 1.0
-    central = float(profile.density(np.array(0.0)))
-    for _ in range(60):
-        middle = 0.5 * (inner + outer)
-        inside = float(profile.density(np.array(middle))) > CORE * central
-        inner, outer = (middle, outer) if inside else (inner, middle)
-    return float(profile.enclosed(np.array(0.5 * (inner + outer))))
+    least = CORE * float(profile.density(np.array(0.0)))
+    edge = bisected(lambda radius: profile.density(radius) > least, np.array(0.0), np.array(1.0), 60)
+    return float(profile.enclosed(edge))
 
 
 def _isothermal(scene: Scene, body: Any, neighbours: float) -> tuple[str, str, str]:
