@@ -3,16 +3,15 @@
 import contextlib
 import hashlib
 import json
-import os
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from astroinertia.process import interrupts
+from astroinertia.errors import ArchiveError
 from astroinertia.process.cache_directory import cache_directory
+from astroinertia.storage.atomic import write_whole
 
 
 def content_key(**content: Any) -> str:
@@ -42,15 +41,12 @@ def load(kind: str, key: str) -> dict[str, np.ndarray] | None:
 
 def save(kind: str, key: str, arrays: dict[str, np.ndarray]) -> None:
     """Keep arrays under a key, whole or not at all; a cache that cannot be written is no error."""
-    directory = cache_directory()
-    with contextlib.suppress(OSError):
-        directory.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=directory, suffix=".tmp")
-        try:
-            with interrupts.leaving(Path(temporary).unlink), os.fdopen(handle, "wb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
-            Path(temporary).replace(directory / f"{kind}-{key}.npz")
-        except BaseException:
-            with contextlib.suppress(OSError):
-                Path(temporary).unlink()
-            raise
+    path = cache_directory() / f"{kind}-{key}.npz"
+
+    def fill(aside: Path) -> None:
+        with aside.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+    with contextlib.suppress(OSError, ArchiveError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, fill)
