@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from astroinertia.cli import result
 from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
+from astroinertia.process.words import aligned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -176,8 +177,7 @@ def _text(shown: "xr.Dataset") -> str:
         )  # fmt: skip
     relative = float(shown["relativity"])
     rows.append(("relativity", f"{relative * _YEAR / arcsecond:.5g}", f"{100.0 * relative / whole:.2f} %", "", "", ""))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines = [f"  {line}" for line in aligned(rows)]
     way = "back" if whole > 0 else "forward"
     total = f"the equator's node goes {way} by {abs(whole) * _YEAR / arcsecond:.5g} \"/yr, once round in "
     shape = f"(C - A)/C {float(shown['dynamical_ellipticity']):.6g}, C/(M R^2) {float(shown['moment_ratio']):.6g}"

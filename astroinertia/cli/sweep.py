@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from astroinertia.cli.parser import Add, Options, Say
+from astroinertia.process.words import aligned
 from astroinertia.run.meter import Meter
 
 if TYPE_CHECKING:
@@ -95,10 +96,8 @@ def failures(sweep: "Sweep", outcome: "Carried") -> list[str]:
 def _table(sweep: "Sweep", sentences: Mapping[int, str], title: str) -> list[str]:
     from astroinertia.scene.sweep import member
 
-    rows = [("member", "with", title)]
-    rows += [(member(number), sweep.description(number), sentences[number]) for number in sorted(sentences)[:MOST_ROWS]]
-    more = len(sentences) - MOST_ROWS
-    return [*_aligned(rows), *([f"and {more} more"] if more > 0 else [])]
+    rows = [(member(number), sweep.description(number), sentences[number]) for number in sorted(sentences)]
+    return _first(aligned([("member", "with", title), *rows]), 1)
 
 
 def _refused(sweep: "Sweep", numbers: Sequence[int]) -> dict[int, str]:
@@ -120,14 +119,13 @@ def unclosed(file: Path) -> list[str]:
     from astroinertia import dataset
     from astroinertia.dataset import bounds
 
-    lines = bounds.message(dataset.open(file).attrs, "ledger").splitlines()
-    more = len(lines) - MOST_ROWS
-    return [*lines[:MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
+    return _first(bounds.message(dataset.open(file).attrs, "ledger").splitlines())
 
 
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+def _first(lines: list[str], heads: int = 0) -> list[str]:
+    """The first lines below those that are heads, and how many more there are."""
+    more = len(lines) - heads - MOST_ROWS
+    return [*lines[: heads + MOST_ROWS], *([f"and {more} more"] if more > 0 else [])]
 
 
 def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
@@ -203,9 +201,7 @@ def summary(folder: Path) -> list[str]:
     rows = [("member", *sweep.keys, *columns)]
     order = np.argsort(data["member"].values, axis=None)
     values = [column.values.ravel()[order] for column in columns.values()]
-    for number, settings in enumerate(sweep.members[:MOST_ROWS]):
+    for number, settings in enumerate(sweep.members):
         figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
         rows.append((member(number), *(shown(str(value)) for value in settings), *figures))
-    more = len(sweep.members) - MOST_ROWS
-    beyond = [f"and {more} more"] if more > 0 else []
-    return [f"{sweep.name} at the end", *_aligned(rows), *beyond, *unclosed(combined.path(sweep, folder))]
+    return [f"{sweep.name} at the end", *_first(aligned(rows), 1), *unclosed(combined.path(sweep, folder))]

@@ -1,6 +1,7 @@
-"""How numbers are said."""
+"""How numbers and tables of text are said."""
 
 import math
+from collections.abc import Sequence
 
 _MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
 
@@ -29,6 +30,17 @@ def size(number: float) -> str:
         if number >= scale:
             return _said(number / scale, unit)
     return _said(number / 1e3, "kB")
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """A line for each row of a table, its columns below each other.
+
+    >>> print("\\n".join(aligned([("body", "radius"), ("Mars", "3389.5 km")])))
+    body  radius
+    Mars  3389.5 km
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
 
 
 def _said(number: float, unit: str) -> str:

@@ -12,6 +12,7 @@ import xarray as xr
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.bodies.planets import OWN, SolarSystemBody, body
 from astroinertia.errors import SceneError
+from astroinertia.process.words import aligned
 from astroinertia.studies.core_inversion import core_inversion, restated
 from astroinertia.studies.core_model_error import (
     NO_MODEL_ERROR,
@@ -54,9 +55,8 @@ def solar_system_text(dataset: xr.Dataset) -> str:
     True
     """
     rows = [_COLUMNS] + [_row(dataset.isel(body=k)) for k in range(dataset.sizes["body"])]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(_COLUMNS))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([lines[0], "  ".join("-" * width for width in widths), *lines[1:], "", _UNDER])
+    below = ["-" * max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join([*aligned([rows[0], below, *rows[1:]]), "", _UNDER])
 
 
 def markdown(dataset: xr.Dataset) -> str:
