@@ -12,7 +12,7 @@ from astroinertia.cli.screen import titled
 from astroinertia.errors import SceneError
 
 if TYPE_CHECKING:
-    from astroinertia.verify.comparison import Comparison, Section
+    from astroinertia.verify.comparison import Section
 
 WIDTH = 150  # columns of the table where the output is no terminal
 NARROW = 120  # columns below which the source goes under the quantity
@@ -66,9 +66,10 @@ def table(section: "Section", width: int = WIDTH) -> Table:
         reference, below = comparison.reference, comparison.reference.measure == "below"
         quantity = Text(reference.quantity + ("" if reference.unit == "1" else f" ({reference.unit})"))
         source = Text(reference.source, style="dim")
+        problem = [Text(comparison.problem, style="red")] if comparison.problem else []
         measure, digits = "" if below else f" {reference.measure[:3]}", 3 if below else 10 if wide else 7
         shown.add_row(
-            _lines(quantity, *([] if wide else [source]), *([_problem(comparison)] if comparison.problem else [])),
+            Text("\n").join([quantity, *([] if wide else [source]), *problem]),
             f"{comparison.here:.{digits}g}",
             "-" if below else f"{comparison.there:.{digits}g}",
             *([source] if wide else []),
@@ -77,14 +78,6 @@ def table(section: "Section", width: int = WIDTH) -> Table:
             Text(comparison.verdict, style="green" if comparison.verdict == "agrees" else "bold red"),
         )
     return shown
-
-
-def _problem(compared: "Comparison") -> Text:
-    return Text(compared.problem, style="red")
-
-
-def _lines(*parts: Text) -> Text:
-    return Text("\n").join(parts)
 
 
 def total(sections: "list[Section]", seconds: float) -> str:
