@@ -5,7 +5,7 @@ What the rest of the package asks of a kind is an attribute or a method of its c
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
 from astroinertia.scene.dimensional import Real, checked, dimensional, options_in_code_units
 from astroinertia.units import DIMENSIONLESS, CodeUnits, pressure_constant_dimension, shown
@@ -28,16 +28,22 @@ def as_tuple(value: Any) -> Any:
 Gamma = Annotated[Real, Field(gt=1.0, le=10.0)]
 
 
-def pressure_constant(value: Any, gamma: float | None, info: ValidationInfo) -> float | str:
-    """K of P = K rho^gamma, in SI (or code units), or "from body"; ValueError where it is neither."""
-    if value == FROM_BODY:
-        return FROM_BODY
-    if isinstance(value, str) and not any(character.isdigit() for character in value):
-        raise ValueError(f"must be \"from body\" or a quantity, not '{shown(value)}'.")
-    if gamma is None:
-        raise ValueError("cannot be read without a valid exponent.")
-    code = bool((info.context or {}).get("code"))
-    return checked(dimensional(value, pressure_constant_dimension(gamma), code), "positive")
+def pressure_constant(exponent: str) -> BeforeValidator:
+    """Reads the K of P = K rho^gamma, in SI (or code units), or "from body"; exponent: the key above that has gamma."""
+
+    def read(value: Any, info: ValidationInfo) -> float | str:
+        if value == FROM_BODY:
+            return FROM_BODY
+        if isinstance(value, str) and not any(character.isdigit() for character in value):
+            raise ValueError(f"must be \"from body\" or a quantity, not '{shown(value)}'.")
+        if exponent not in info.data:
+            raise ValueError("cannot be read without a valid exponent.")
+        gamma = info.data[exponent]
+        dimension = pressure_constant_dimension(gamma[0] if isinstance(gamma, tuple) else gamma)  # of the first piece
+        code = bool((info.context or {}).get("code"))
+        return checked(dimensional(value, dimension, code), "positive")
+
+    return BeforeValidator(read)
 
 
 class Fluid(Part):

@@ -1,8 +1,8 @@
 """Cold matter with a thermal part, in a scene."""
 
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from astroinertia.scene.dimensional import Density
 from astroinertia.scene.fluids import FROM_BODY, Fluid, Gamma, pressure_constant
@@ -24,15 +24,10 @@ class HybridFluid(Fluid):
     gamma_2: Gamma = Field(default=2.5, description="exponent of the cold part above nuclear density")
     gamma_thermal: Gamma = Field(default=1.5, description="exponent of the thermal part")
     nuclear_density: Density = Field(description="density at which the cold part stiffens")
-    constant: float | str = Field(
+    constant: Annotated[float | str, pressure_constant("gamma_1")] = Field(
         default=FROM_BODY,
         description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
     )
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        return pressure_constant(value, info.data.get("gamma_1"), info)
 
     @property
     def first_gamma(self) -> float:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from astroinertia.scene.dimensional import Density
 from astroinertia.scene.fluids import FROM_BODY, Fluid, Gamma, as_tuple, pressure_constant
@@ -21,13 +21,9 @@ class PiecewisePolytropicFluid(Fluid):
     gammas: Annotated[tuple[Gamma, ...], BeforeValidator(as_tuple), Field(min_length=2, max_length=21)] = Field(
         description="exponents of the pieces, one more than there are densities"
     )
-    constant: float | str = Field(default=FROM_BODY, description='K of the first piece, or "from body"')
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        gammas = info.data.get("gammas")
-        return pressure_constant(value, gammas[0] if gammas else None, info)
+    constant: Annotated[float | str, pressure_constant("gammas")] = Field(
+        default=FROM_BODY, description='K of the first piece, or "from body"'
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

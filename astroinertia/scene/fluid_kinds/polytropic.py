@@ -1,8 +1,8 @@
 """Polytropic fluids in a scene."""
 
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from astroinertia.scene.fluids import FROM_BODY, Fluid, Gamma, pressure_constant
 from astroinertia.units import CodeUnits
@@ -15,14 +15,9 @@ class PolytropicFluid(Fluid):
     rank: ClassVar[int] = 3
     barotropic: ClassVar[bool] = True
     gamma: Gamma = Field(description="exponent")
-    constant: float | str = Field(
+    constant: Annotated[float | str, pressure_constant("gamma")] = Field(
         default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
     )
-
-    @field_validator("constant", mode="before")
-    @classmethod
-    def _constant(cls, value: Any, info: ValidationInfo) -> float | str:
-        return pressure_constant(value, info.data.get("gamma"), info)
 
     @property
     def first_gamma(self) -> float:
