@@ -1,4 +1,4 @@
-"""How numbers and tables of text are said."""
+"""How numbers, tables of text and what others say are said."""
 
 import math
 from collections.abc import Sequence
@@ -41,6 +41,15 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+
+
+def clause(sentence: str) -> str:
+    """What another library says, as the end of a sentence.
+
+    >>> print(f"this is not TOML ({clause('Unclosed array.')})")
+    this is not TOML (unclosed array)
+    """
+    return sentence[:1].lower() + sentence[1:].rstrip(".")
 
 
 def _said(number: float, unit: str) -> str:

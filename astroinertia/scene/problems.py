@@ -6,6 +6,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from astroinertia.process.words import clause
 from astroinertia.scene.dimensional import described
 from astroinertia.units import any_quantity, shown
 
@@ -93,7 +94,7 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
             return wrong_choice(path, None if missing else value.get("kind"), kinds[str(loc[0])], missing)
         case "literal_error":
             field = _field(model, loc, kind, kinds)
-            choices = _literals(field.annotation) if field else []
+            choices = _arguments(field.annotation) if field else []
             if numbers := [str(choice) for choice in choices if isinstance(choice, int)]:
                 return Problem(loc, f": must be one of {', '.join(numbers)}, not {described(value)}.")
             return wrong_choice(loc, value, [choice for choice in choices if isinstance(choice, str)])
@@ -129,7 +130,7 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
             return Problem(loc, f": must be a list, not {described(value)}.")
         case "too_short" | "too_long":
             return Problem(loc, f": must be a list with {_count(context)}, not with {context['actual_length']}.")
-    return Problem(loc, f": {_plain(item['msg'])}.")
+    return Problem(loc, f": {clause(item['msg'])}.")
 
 
 def _in_words(pattern: str) -> str:
@@ -144,10 +145,6 @@ def _count(context: dict[str, Any]) -> str:
     if "min_length" in context:
         return f"at least {context['min_length']} entries"
     return f"at most {context['max_length']} entries"
-
-
-def _plain(message: str) -> str:
-    return message[:1].lower() + message[1:].rstrip(".")
 
 
 def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Path, str | None]:
@@ -186,13 +183,9 @@ def _model_at(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[s
 
 
 def _arguments(annotation: Any) -> list[Any]:
+    """What an annotation is made of at last: classes, and the words of choices."""
     arguments = get_args(annotation)
     return [inner for item in arguments for inner in _arguments(item)] if arguments else [annotation]
-
-
-def _literals(annotation: Any) -> list[Any]:
-    arguments = get_args(annotation)
-    return [inner for item in arguments for inner in _literals(item)] if arguments else [annotation]
 
 
 def _is_model(item: Any) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from astroinertia.errors import SceneError
+from astroinertia.process.words import clause
 from astroinertia.units import shown
 
 LARGEST_FILE = 64 * 1024  # bytes
@@ -86,17 +87,13 @@ def parse(text: str, name: str) -> dict[str, Any]:
         what, _, place = str(error).partition(" (at ")
         line = re.search(r"line (\d+), column (\d+)", place)
         where = f", line {line[1]}, column {line[2]}" if line else ""
-        raise SceneError(f"{name}{where}: this is not TOML ({_lower(shown(what, 100))}).") from None
+        raise SceneError(f"{name}{where}: this is not TOML ({clause(shown(what, 100))}).") from None
     except RecursionError:
         raise SceneError(f"{name}: tables or lists are nested deeper than {DEEPEST} levels.") from None
     except ValueError as error:  # an integer too long to convert, a date that does not exist
-        raise SceneError(f"{name}: this is not TOML ({_lower(shown(str(error), 100))}).") from None
+        raise SceneError(f"{name}: this is not TOML ({clause(shown(str(error), 100))}).") from None
     _check_depth(tables, name)
     return tables
-
-
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:].rstrip(".")
 
 
 def _check_depth(tables: dict[str, Any], name: str) -> None:
