@@ -68,6 +68,11 @@ def number_lines(scene: Scene) -> list[PlanLine]:
     if compact is not None and compact > accuracy and "relativistic_potential" not in scene.effects:
         why = f"more than the accuracy of {accuracy:g}; all here is Newtonian"
         lines.append(("relativity", f"WARNING: {compact:.2g} of gravity is missing", why))
+    if compact is not None and body.spin and body.radius and body.speed_of_light:
+        speed = body.spin * body.radius / body.speed_of_light
+        if speed**2 > max(accuracy, compact):  # gravity that holds such rotation is as relativistic, and said above
+            text = f"WARNING: the surface turns at {speed:.2g} of the speed of light"
+            lines.append(("relativity of the rotation", text, "all here is Newtonian"))
     origin = "" if scene.accuracy is not None else "where a scene asks for none"
     return [*lines, ("accuracy", f"{accuracy:g}, against which effects are judged", origin or f"within {MARGIN:g}")]
 

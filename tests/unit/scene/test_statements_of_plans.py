@@ -72,6 +72,14 @@ def test_a_nearly_round_star_turns_as_little_as_its_axes_say(axis_ratio):
     assert star.rotational == pytest.approx(2.0 / 15.0 * (1.0 - axis_ratio**2) * star.gravitational, rel=1e-5)
 
 
+@pytest.mark.parametrize(("rate", "share"), [("1e9 rad/s", "3.3"), ("1e7 rad/s", "0.033"), ("1e6 rad/s", None)])
+def test_a_plan_warns_of_rotation_near_or_beyond_the_speed_of_light(rate, share):
+    """A surface at 1 m turns at rate/(3e8 s-1) of c; relativity changes what counts by the square of that."""
+    text = plan(load.loads(SCENE.replace("LENGTH", "1").replace("1 rad/s", rate))).text()
+    assert ("WARNING: the surface turns" in text) == (share is not None)
+    assert share is None or f"turns at {share} of the speed of light" in text
+
+
 def test_a_rotating_star_of_isothermal_gas_is_planned():
     assert "Jeans mass" in plan(load.loads(STAR.replace("MORE", "rate = 0.1"))).text()
 
