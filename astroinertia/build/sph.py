@@ -30,6 +30,7 @@ from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 from astroinertia.sph.table import MAX_PARTICLES
 from astroinertia.units import CodeUnits
 
+_BEGINS = "mass", "position", "velocity", "entropy"
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
 _SINKS = ".points['sinks'].{}"  # their arrays in a checkpoint
 
@@ -46,13 +47,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
     points, body = companions.beside(scene, units, problem, body)
     points |= sinks.beside(scene, problem, body.mass)
-    state, arrangement = initial_state(
-        problem, body.mass, body.position, body.velocity, body.entropy, body.internal_energy, points, body.material,
-        memory=body.memory,
-    )  # fmt: skip
-    regions = _regions(scene, units, problem)
-    state = state if regions is None else regions.opened(state)
-    return _under_way(scene, units, problem, state, arrangement, regions)
+    return _begun(scene, units, problem, **vars(body), points=points)
 
 
 def refuse_branch(run: Scene, branch: Scene) -> None:
@@ -70,11 +65,12 @@ def branched(scene: Scene, units: CodeUnits, parent: Particles) -> Particles:
     """The particles of another run where they are, in this scene, with a ledger that begins there."""
     state = parent.state
     order = np.argsort(np.asarray(state.identity))
-    arrays = {name: np.asarray(getattr(state, name))[order] for name in ("mass", "position", "velocity", "entropy")}
+    begins = {name: np.asarray(getattr(state, name))[order] for name in _BEGINS}
     if state.material is not None:
-        arrays["material"] = np.asarray(state.material)[order]
+        begins["material"] = np.asarray(state.material)[order]
     memory = {name: np.asarray(array)[order] for name, array in state.memory.items()}
-    return _begun(scene, units, arrays, parent.time, memory)
+    problem, _ = problem_of(scene, units, len(order))
+    return _begun(scene, units, problem, **begins, time=parent.time, memory=memory)
 
 
 def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> Particles:
@@ -100,17 +96,13 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
     memory: dict[str, np.ndarray] = {}
     for effect in problem.effects:
         memory |= {name: np.asarray(array) for name, array in effect.recalled(np, arrays).items()}
-    return _begun(scene, units, {name: arrays[name] for name in kinds}, float(arrays["time"]), memory)
+    begins = {name: arrays[name] for name in (*_BEGINS, "material") if name in kinds}
+    return _begun(scene, units, problem, **begins, time=float(arrays["time"]), memory=memory)
 
 
-def _begun(
-    scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray], time: float, memory: Mapping[str, np.ndarray]
-) -> Particles:
-    problem, _ = problem_of(scene, units, len(arrays["mass"]))
-    state, arrangement = initial_state(
-        problem, arrays["mass"], arrays["position"], arrays["velocity"], arrays["entropy"],
-        material=arrays.get("material"), time=time, memory=memory,
-    )  # fmt: skip
+def _begun(scene: Scene, units: CodeUnits, problem: Problem, **begins: Any) -> Particles:
+    """The particles of a state that begins so (models.sph.first_state), followed through the scene's regions."""
+    state, arrangement = initial_state(problem, **begins)
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
     return _under_way(scene, units, problem, state, arrangement, regions)
