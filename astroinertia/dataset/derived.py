@@ -59,8 +59,7 @@ def derived_quantities(
             derived["rotational_to_gravitational"] = _ratio(energy, bound)
         axis = spin_axis(series, axis)
     second = tensor.second_moment_from_inertia(inertia)
-    along = np.maximum(np.einsum("ti,tij,tj->t", axis, second, axis), 0.0)
-    across = np.maximum(np.trace(second, axis1=1, axis2=2) - along, 0.0)
+    along, across = radii.along_and_across(second, axis)
     equatorial, polar = np.sqrt(2.5 * _ratio(across, mass)), np.sqrt(5.0 * _ratio(along, mass))
     derived |= {
         "spin_axis": axis,

@@ -52,14 +52,14 @@ def surface(series: Series, second: np.ndarray, axis: np.ndarray, structure: Str
     if "enclosing_ellipsoid" in series:
         share = structure.get("enclosing_99", 1.0)
         shape = series["enclosing_ellipsoid"] / share**2
-        along, across = _along_and_across(shape, axis)
+        along, across = along_and_across(shape, axis)
         known = np.asarray(np.isfinite(shape).all(axis=(1, 2)))
         volume = np.linalg.det(np.where(known[:, None, None], shape, 0.0))
         mean = np.where(known, np.maximum(volume, 0.0) ** (1 / 6), np.nan)
         return Surface(mean, np.sqrt(0.5 * across), np.sqrt(along))
     if "equatorial_second_moment" in structure:
         wide, high = structure["equatorial_second_moment"], structure["polar_second_moment"]
-        along, across = _along_and_across(second, axis)
+        along, across = along_and_across(second, axis)
         mean = (np.maximum(np.linalg.det(second), 0.0) / (wide**2 * high)) ** (1 / 6) / np.sqrt(mass)
         return Surface(mean, np.sqrt(0.5 * across / (mass * wide)), np.sqrt(along / (mass * high)))
     if "mean_second_moment" in structure:
@@ -147,7 +147,8 @@ def _origin(variables: Mapping[str, tuple], metadata: Mapping[str, Any]) -> str:
     return KEPT if "equatorial_second_moment" in structure else OF_SCENE
 
 
-def _along_and_across(matrix: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def along_and_across(matrix: np.ndarray, axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of second moments (T, 3, 3), that along an axis (T, 3) and the sum of the two across it, (T,)."""
     along = np.einsum("ti,tij,tj->t", axis, matrix, axis)
     across = np.trace(matrix, axis1=1, axis2=2) - along
     return np.maximum(along, 0.0), np.maximum(across, 0.0)
