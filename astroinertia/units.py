@@ -376,6 +376,16 @@ def in_unit(value: Any, unit: str | None) -> Any:
         raise SceneError(f"must be {wanted}, not {shown(f'{value}')}.") from None
 
 
+def unit_of(variable: Any) -> str:
+    """The unit that a variable of a dataset says it has, "1" where it says none.
+
+    >>> import xarray as xr
+    >>> print(unit_of(xr.DataArray(2.0, attrs={"units": "kg"})), unit_of(xr.DataArray(2.0)))
+    kg 1
+    """
+    return str(variable.attrs.get("units", "1"))
+
+
 def written_quantity(value: Any) -> Any:
     """An astropy Quantity as a scene has it: "1.4 solMass", or lists of such; plain numbers without dimension.
 

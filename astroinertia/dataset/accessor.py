@@ -25,7 +25,7 @@ from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import InputError, with_quantities
-from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, with_unit
+from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, unit_of, with_unit
 
 _TURNED = 0.1  # radians that an axis may turn and be said to stay
 _NO_MODE = 1e-14  # of the whole mass: an amplitude that sums over a body round to where it has no such mode
@@ -131,7 +131,7 @@ class InertiaAccessor:
         values = self._named(series)
         if values.dtype.kind not in "fiub":
             raise InputError(f"{values.name} has no numbers, so that it has no unit.")
-        return astropy_quantity(values.values, _unit_of(values))
+        return astropy_quantity(values.values, unit_of(values))
 
     @with_quantities()
     @of_each_member
@@ -144,7 +144,7 @@ class InertiaAccessor:
         inertia = self._named("inertia_tensor")
         direction = self._axis(axis)
         moment = tensor.moment_about(inertia.transpose("time", "i", "j").values, direction)
-        return self._series(moment, f"moment of inertia about {axis_text(axis)}", _unit_of(inertia), "n.I.n")
+        return self._series(moment, f"moment of inertia about {axis_text(axis)}", unit_of(inertia), "n.I.n")
 
     @with_quantities()
     @of_each_member
@@ -167,7 +167,7 @@ class InertiaAccessor:
         """
         if isinstance(radius, xr.DataArray):
             radius = with_labels(in_seconds(radius), "time", self.dataset["time"])
-            if _unit_of(radius) not in ("1", self._unit("m")):
+            if unit_of(radius) not in ("1", self._unit("m")):
                 try:
                     radius = radius.copy(data=in_si(with_unit(radius), "length"))
                 except SceneError as error:
@@ -189,7 +189,7 @@ class InertiaAccessor:
         second = self._named("second_moment")
         values = second.transpose("time", "i", "j").values
         reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-        attrs = {"units": _unit_of(second), "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
+        attrs = {"units": unit_of(second), "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
         return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
 
     @with_quantities()
@@ -537,7 +537,7 @@ class InertiaAccessor:
         return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
-        return "1" if _unit_of(self._named("mass")) == "1" else unit
+        return "1" if unit_of(self._named("mass")) == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
         series = self._named(name)
@@ -586,10 +586,6 @@ class InertiaAccessor:
         names = np.array([MOTION, *self._named("effect").values.tolist()], dtype=str)
         coords: dict[str, Any] = {"share": names} | self._coordinates(*dims)
         return xr.DataArray(values, coords, dims, attrs={"units": self._unit(unit), "long_name": long_name})
-
-
-def _unit_of(series: xr.DataArray) -> str:
-    return str(series.attrs.get("units", "1"))
 
 
 def _nearest(name: str, names: Any) -> str:

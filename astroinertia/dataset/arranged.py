@@ -11,7 +11,7 @@ import xarray as xr
 
 from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import DERIVED, RECORDED
-from astroinertia.units import astropy_quantity, shown
+from astroinertia.units import astropy_quantity, shown, unit_of
 
 
 def along(dataset: xr.Dataset) -> xr.Dataset:
@@ -47,7 +47,7 @@ def in_seconds(series: Any) -> Any:
     if times.dtype.kind == "m":
         seconds = times.copy(data=times.values / np.timedelta64(1, "s"))
         return series.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
-    if _is_unit_but_of_seconds(stated := str(times.attrs.get("units", "1"))):
+    if _is_unit_but_of_seconds(stated := unit_of(times)):
         raise ValueError(f"the times are in {shown(stated)}; the accessor takes seconds or timedelta64")
     return series
 
@@ -92,7 +92,7 @@ def require_own_units(dataset: xr.Dataset) -> None:
     for name, quantity in (RECORDED | DERIVED).items():
         if name not in dataset.variables:
             continue
-        stated, own = str(dataset[name].attrs.get("units", "1")), quantity.unit
+        stated, own = unit_of(dataset[name]), quantity.unit
         if stated not in ("1", own) and astropy_quantity(1.0, stated) != astropy_quantity(1.0, own):
             raise ValueError(
                 f"{name} is in {shown(stated)}; the accessor takes datasets in their own units, here {own}"

@@ -20,6 +20,7 @@ from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.text import toml_text
 from astroinertia.storage.data_tables import data_path
+from astroinertia.units import unit_of
 
 _PLACING = {"particles", "placement", "seed", "relax"}  # of a body: how it is made of particles
 _SUMMING = {"method", "force_error", "softening", "order", "gradients"}  # of an effect: how its sums are carried out
@@ -174,9 +175,9 @@ def _series(dataset: xr.Dataset, name: str) -> tuple[np.ndarray, str]:
     if name in _SIZES:
         tensor = dataset["inertia_tensor"].transpose("time", "i", "j")
         values = tensor.values[:, 2, 2] if name == "moment_z" else np.trace(tensor.values, axis1=1, axis2=2) / 3.0
-        return values, str(tensor.attrs.get("units", "1"))
+        return values, unit_of(tensor)
     variable = dataset[name]
-    return variable.values, str(variable.attrs.get("units", "1"))
+    return variable.values, unit_of(variable)
 
 
 def _dumped(part: Any) -> Any:

@@ -17,6 +17,7 @@ from astroinertia.dataset.by_member import swept
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.storage.atomic import write_whole
+from astroinertia.units import unit_of
 
 _COLUMNS = {
     "mass": ("mass",),
@@ -61,7 +62,7 @@ def series_columns(dataset: xr.Dataset) -> Iterator[tuple[str, np.ndarray]]:
             continue
         variable = variable.transpose("time", ...)
         others = [_labels(dataset, str(dim)) for dim in variable.dims[1:]]
-        unit = str(variable.attrs.get("units", "1"))
+        unit = unit_of(variable)
         flat = variable.values.reshape(dataset.sizes["time"], -1)
         for place, label in enumerate(itertools.product(*others)):
             if flat.dtype.kind != "f" or not np.isnan(flat[:, place]).all():
@@ -98,7 +99,7 @@ def _of_members(dataset: xr.Dataset) -> list[str]:
 def _labels(dataset: xr.Dataset, dim: str) -> list[str]:
     labels = [str(label) for label in (dataset[dim].values if dim in dataset.coords else range(dataset.sizes[dim]))]
     if dim in swept(dataset):
-        unit = str(dataset[dim].attrs.get("units", "1")).removeprefix("1") if dim in dataset.coords else ""
+        unit = unit_of(dataset[dim]).removeprefix("1") if dim in dataset.coords else ""
         return [f"{dim}={label} {unit}".rstrip() for label in labels]
     return labels
 

@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.inertia.tensor import require_plausible
-from astroinertia.plots.shown_units import cleared, unit_of
+from astroinertia.plots.shown_units import cleared
+from astroinertia.units import unit_of
 
 _WIDTH, _COLUMN = 30, 15
 

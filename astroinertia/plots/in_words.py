@@ -16,8 +16,9 @@ from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
-from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, unit_of, written
+from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, written
 from astroinertia.plots.style import words
+from astroinertia.units import unit_of
 
 _WIDTH = 40
 _ASKED = "settings chosen for an accuracy of "

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from astroinertia.errors import SceneError
 from astroinertia.plots import style
+from astroinertia.units import unit_of
 
 SHOWN = ("core_radius", "core_radius_ratio", "core_density", "mantle_density", "moment_ratio", "love_number")
 _SCALES = {"m": (1e3, "km")}
@@ -37,7 +38,7 @@ def posterior_figure(
         names = [name for name in names if name != "core_radius_ratio" or "core_radius" not in names]
     columns, labels, lines = [], [], []
     for name in names:
-        unit = str(posterior[name].attrs.get("units", "1"))
+        unit = unit_of(posterior[name])
         scale, shown = _SCALES.get(unit, (1.0, unit))
         columns.append(posterior[name].values.ravel() / scale)
         labels.append(style.label(style.words(name), shown))

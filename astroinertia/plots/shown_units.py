@@ -15,11 +15,6 @@ _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _POWER = re.compile(r"\b(kg|rad|Pa|m|s|K|J(?=-)|N)(-?\d)\b|\^(-?\d+)")  # J2 is no power of joules
 
 
-def unit_of(variable: xr.DataArray) -> str:
-    """The unit of a variable."""
-    return str(variable.attrs.get("units", "1"))
-
-
 def scale_of(unit: str, *values: Any) -> tuple[float, str]:
     """What to divide values by, and the unit they are then in, so that the largest is a number one likes to read."""
     sizes = [float(np.nanmax(abs(np.asarray(v)))) for v in values if np.isfinite(np.asarray(v)).any()]

@@ -24,11 +24,10 @@ from astroinertia.plots.shown_units import (
     SMALLEST_PLAIN,
     raised as raised,
     scale_of as scale_of,
-    unit_of as unit_of,
 )
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
-from astroinertia.units import known_size, quantity, readable as readable
+from astroinertia.units import known_size, quantity, readable as readable, unit_of as unit_of
 
 # Okabe & Ito's palette, distinct in all common kinds of colour blindness (jfly.uni-koeln.de/color).
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (

@@ -24,7 +24,7 @@ from astroinertia.sph.table import MAX_PARTICLES, SI, read_table
 from astroinertia.sph.table_netcdf import fill_value
 from astroinertia.storage.columns import check_there
 from astroinertia.storage.hdf5_structure import is_hdf5
-from astroinertia.units import in_si, quantity, with_unit
+from astroinertia.units import in_si, quantity, unit_of, with_unit
 
 PLAIN = ("1", "1")
 SAME_VOLUME = "radius of the sphere of the same volume"
@@ -277,8 +277,8 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
     with archive_errors(path, "does not hold the particles of a run"):
         one = loaded(path, snapshots[["mass", "position", "snapshot_time"]].isel(snapshot_time=snapshot))
         mass, position, time = _of_a_snapshot(present(one))
-    own = (str(one["mass"].attrs.get("units", "1")), str(one["position"].attrs.get("units", "1")))
-    unit = str(time.attrs.get("units", "1")).removeprefix("1")
+    own = (unit_of(one["mass"]), unit_of(one["position"]))
+    unit = unit_of(time).removeprefix("1")
     text = f"snapshot {snapshot % count} of {count}, at time {float(time):.6g} {unit}".strip()
     matter = _particles(mass, position, PLAIN, PARTICLE_GAP_TOLERANCE, f"{_counted(mass.size)}, {text}")
     return replace(matter, units=own)

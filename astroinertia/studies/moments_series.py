@@ -13,7 +13,7 @@ from numba import njit
 
 from astroinertia.inertia import tensor
 from astroinertia.inertia.principal import ROUND_OFF_GAP, principal_gap, tracked_frame
-from astroinertia.units import in_unit, stated
+from astroinertia.units import in_unit, stated, unit_of
 
 BUFFER = 2**23  # bytes of particles that are read at a time, which a cache still holds when they are summed
 _BLOCK = 256  # particles summed by themselves before they join the total, which keeps the digits of a long sum
@@ -189,7 +189,7 @@ def _sum(mass, position, total, centre, second):
 def _dataset(snapshots, series, position, mass, total, centre, inertia, about, tolerance) -> xr.Dataset:
     principal, axes = tracked_frame(inertia, tolerance)
     gap = principal_gap(principal)
-    mass_unit, length_unit = (str(variable.attrs.get("units", "1")) for variable in (mass, position))
+    mass_unit, length_unit = map(unit_of, (mass, position))
     moment_unit = "1" if (mass_unit, length_unit) == ("1", "1") else f"{mass_unit} {length_unit}2"
     where = "about the centre of mass" if about is None else f"about the point {tuple(map(float, about))}"
     variables = {

@@ -33,7 +33,7 @@ from astroinertia.scene.sweep_values import coordinate, number_and_unit
 from astroinertia.storage.outputs import stacked
 from astroinertia.sweeps.combined import variable_name
 from astroinertia.sweeps.sensitivity import sensitivity, sensitivity_sweep, value_of
-from astroinertia.units import shown
+from astroinertia.units import shown, unit_of
 
 NEAR = 1e-4  # relative step of the members beside a run
 _JUMP = 1e-5  # error of the first derivatives, over their size and that of what they are of: of order NEAR^2 if smooth
@@ -59,7 +59,7 @@ def gradient(scene: Scene, of: str, by: Sequence[str]) -> xr.Dataset:
     slope, error = (selected(data, observable).isel(time=-1) for data in (slopes, errors))
     tables = source.parse(scene.to_toml(), scene.name)
     numbers, units = zip(*(number_and_unit(value_of(tables, key)) for key in by), strict=True)
-    written, unit = xr.DataArray(np.array(numbers), dims="parameter"), str(run[name].attrs.get("units", "1"))
+    written, unit = xr.DataArray(np.array(numbers), dims="parameter"), unit_of(run[name])
     text = run[name].attrs.get("long_name", name)
     per = {"units": f"{unit} per parameter_unit", "long_name": f"derivative of {text} by the parameter"}
     result = {

@@ -21,7 +21,7 @@ from astroinertia.scene.schema import Scene
 from astroinertia.scene.sweep import Sweep, loads
 from astroinertia.scene.sweep_values import scaled, value_text
 from astroinertia.sweeps.combined import variable_name
-from astroinertia.units import shown
+from astroinertia.units import shown, unit_of
 
 STEP = 0.01
 
@@ -95,7 +95,7 @@ def sensitivity(data: xr.Dataset) -> xr.Dataset:
         answers.append(_derivative(members[numbers], float(steps[-1])))
     result = xr.concat(answers, xr.Variable("parameter", keys, {"long_name": "key of the scene"}))
     values = [float(data[name].values[0]) for name in names]
-    units = [str(data[name].attrs.get("units", "1")) for name in names]
+    units = [unit_of(data[name]) for name in names]
     result = result.assign_coords(value=("parameter", values), value_units=("parameter", units))
     for name in numbers:
         text = data[name].attrs.get("long_name", name)
@@ -103,7 +103,7 @@ def sensitivity(data: xr.Dataset) -> xr.Dataset:
             **data[name].attrs,
             "long_name": f"derivative of {text} by the logarithm of the parameter",
         }
-        result[f"{name}_error"].attrs = {"units": data[name].attrs.get("units", "1"), "long_name": f"error of {name}"}
+        result[f"{name}_error"].attrs = {"units": unit_of(data[name]), "long_name": f"error of {name}"}
     return result
 
 
