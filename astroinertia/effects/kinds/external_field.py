@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
@@ -76,20 +77,24 @@ class ExternalField(Effect):
             total = total - weight[:, None] * separation
         return total
 
+    def specific_potential(self, xp, position):
+        """The sum of the potentials given, of unit mass at places (..., 3)."""
+        separation = position - xp.asarray(self.origin)
+        squared = xp.sum(separation**2, axis=-1)
+        total = xp.zeros_like(squared)
+        if self.uniform is not None:
+            total = total - separation @ xp.asarray(self.uniform)
+        if self.quadratic is not None:
+            total = total + 0.5 * xp.sum(separation * (separation @ xp.asarray(self.quadratic)), axis=-1)
+        if self.circular_speed is not None:
+            total = total + 0.5 * self.circular_speed**2 * xp.log1p(squared / self.core**2)
+        if self.point_mass is not None:
+            total = total - self.point_mass * (squared + self.softening**2) ** -0.5
+        return total
+
     def potential_energy(self, xp, fluid):
         """Sum of m times the potentials given."""
-        separation = self.separation(xp, fluid)
-        squared = xp.sum(separation**2, axis=1)
-        energy = xp.zeros(())
-        if self.uniform is not None:
-            energy = energy - fluid.mass @ (separation @ xp.asarray(self.uniform))
-        if self.quadratic is not None:
-            energy = energy + 0.5 * fluid.mass @ xp.sum(separation * (separation @ xp.asarray(self.quadratic)), axis=1)
-        if self.circular_speed is not None:
-            energy = energy + 0.5 * self.circular_speed**2 * fluid.mass @ xp.log1p(squared / self.core**2)
-        if self.point_mass is not None:
-            energy = energy - self.point_mass * fluid.mass @ (squared + self.softening**2) ** -0.5
-        return energy
+        return fluid.mass @ self.specific_potential(xp, fluid.position)
 
     def virial(self, xp, fluid):
         """-Q A of the quadratic field; the others by the parallel axis through the origin of the field.
@@ -114,21 +119,6 @@ class ExternalField(Effect):
         if not squared_frequencies:
             return None
         return 1.0 / xp.sqrt(xp.max(xp.stack(squared_frequencies)) + 1e-60)
-
-    def affine_specific_potential(self, place):
-        """The sum of the potentials given, of unit mass at a place (3,)."""
-        separation = place - jnp.asarray(self.origin)
-        squared = separation @ separation
-        total = jnp.zeros(())
-        if self.uniform is not None:
-            total = total - jnp.asarray(self.uniform) @ separation
-        if self.quadratic is not None:
-            total = total + 0.5 * separation @ jnp.asarray(self.quadratic) @ separation
-        if self.circular_speed is not None:
-            total = total + 0.5 * self.circular_speed**2 * jnp.log1p(squared / self.core**2)
-        if self.point_mass is not None:
-            total = total - self.point_mass * (squared + self.softening**2) ** -0.5
-        return total
 
     def affine_potential(self, body):
         """M Phi(centre) + 1/2 Q : (the second derivatives of Phi there); exact where Phi is quadratic."""
@@ -155,12 +145,12 @@ class ExternalField(Effect):
     def _curvature(self, place):
         import jax
 
-        return jax.hessian(self.affine_specific_potential)(place)
+        return jax.hessian(partial(self.specific_potential, jnp))(place)
 
     def _expanded(self, body, centre, deformation):
         second = body.second_moment * deformation @ deformation.T
         curvature = self._curvature(centre)
-        return body.mass * self.affine_specific_potential(centre) + 0.5 * (second * curvature).sum()
+        return body.mass * self.specific_potential(jnp, centre) + 0.5 * (second * curvature).sum()
 
 
 def _size(body: Characteristic, options: Options) -> Found:
