@@ -1,4 +1,4 @@
-"""What formats in HDF5 share: groups and datasets with attributes, SI in cgs; what writes through h5py does it here."""
+"""What formats in HDF5 share: groups and datasets with attributes, SI in cgs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from astroinertia.dataset.schema import SNAPSHOT
-from astroinertia.errors import SceneError
 from astroinertia.interop.snapshots import Snapshot
 from astroinertia.storage.atomic import write_whole
+from astroinertia.storage.table_hdf5 import h5py_for
 from astroinertia.units import Dimension
 
 CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g
@@ -36,10 +36,7 @@ def write_hdf5(path: Path, groups: Mapping[str, Mapping[str, Any]], columns: Map
     ...         print(file["Header"].attrs["Time"], file["mass"].attrs["unit"], file["mass"][:])
     2.0 kg [1. 1. 1.]
     """
-    try:
-        import h5py  # pyright: ignore[reportMissingImports]  an extra: only these files need it
-    except ImportError:
-        raise SceneError(f"{path}: HDF5 files need h5py; install it with: pip install 'astroinertia[hdf5]'") from None
+    h5py = h5py_for(path)
 
     def fill(aside: Path) -> None:
         with h5py.File(aside, "w") as file:

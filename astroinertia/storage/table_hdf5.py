@@ -63,13 +63,19 @@ def is_netcdf(path: Path, names: tuple[str, ...], what: str) -> bool:
         return bool(columns) and ("_NCProperties" in file.attrs or any(said))
 
 
-@contextmanager
-def opened(path: Path, name: str) -> Iterator[tuple[Any, Any]]:
-    """h5py and the file, open for reading; whatever HDF5 finds wrong with it meanwhile becomes a SceneError."""
+def h5py_for(path: Path) -> Any:
+    """The library h5py; SceneError, naming a file that needs it, where it is not installed."""
     try:
         import h5py  # pyright: ignore[reportMissingImports]  an extra: only these files need it
     except ImportError:
         raise SceneError(f"{path}: HDF5 files need h5py; install it with: pip install 'astroinertia[hdf5]'") from None
+    return h5py
+
+
+@contextmanager
+def opened(path: Path, name: str) -> Iterator[tuple[Any, Any]]:
+    """h5py and the file, open for reading; whatever HDF5 finds wrong with it meanwhile becomes a SceneError."""
+    h5py = h5py_for(path)
     try:
         with h5py.File(path, "r") as file:
             yield h5py, file
