@@ -20,7 +20,7 @@ from astroinertia.dataset.schema import CONVENTIONS
 from astroinertia.errors import ArchiveError
 from astroinertia.process import interrupts
 from astroinertia.process.words import duration
-from astroinertia.storage.atomic import write_whole
+from astroinertia.storage.atomic import write_netcdf
 
 FILE = "tradeoff.nc"
 FORMAT = 1
@@ -152,12 +152,8 @@ def write(table: Table) -> Path:
     tradeoff.nc
     """
     path = table.folder / FILE
-
-    def fill(aside: Path) -> None:
-        dataset(table).to_netcdf(aside, engine="netcdf4", format="NETCDF4")
-
     with interrupts.held():
-        write_whole(path, fill)
+        write_netcdf(path, dataset(table))
     return path
 
 

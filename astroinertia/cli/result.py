@@ -104,11 +104,10 @@ def must_be_writable(path: Path | None, suffix: str) -> None:
 def write_netcdf(data: "xr.Dataset", path: Path | None) -> None:
     """Write a dataset where a file is asked for, at most over another netCDF file; ArchiveError where it cannot be."""
     if path is not None:
-        from astroinertia.storage import overwriting
-        from astroinertia.storage.atomic import write_whole
+        from astroinertia.storage import atomic, overwriting
 
         overwriting.check(path, overwriting.NETCDF)
-        write_whole(path, lambda aside: data.to_netcdf(aside, engine="netcdf4"))
+        atomic.write_netcdf(path, data)
 
 
 def beside(path: Path) -> Path:

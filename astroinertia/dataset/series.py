@@ -5,8 +5,7 @@ The headline series are a Dataset; the particles of the snapshots are another, i
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +48,7 @@ from astroinertia.observables.quantities import (
 from astroinertia.process import interrupts
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, file_of_sweep
-from astroinertia.storage.atomic import archive_errors
+from astroinertia.storage.atomic import archive_errors, hdf5_refusals
 from astroinertia.units import DIMENSIONLESS, CodeUnits, display_unit
 
 _OBSERVERS = ((0.0, 0.0), (np.pi / 2, 0.0))  # polar angle and azimuth of the schema's observers
@@ -136,7 +135,7 @@ def finish(
                 encoding[str(name)] = {"zlib": True, "complevel": 4, "shuffle": True}
         for name, described in encoding.items():  # HDF5's own checksums, for whoever reads the file
             described["fletcher32"] = dataset[name].ndim > 0
-        with _refusals_as_os_errors():
+        with hdf5_refusals():
             dataset.to_netcdf(aside, engine="netcdf4", format="NETCDF4", encoding=encoding)
             head = aside.stat().st_size
             count, layout = archive.snapshot_layout()
@@ -355,12 +354,3 @@ def _source(path: Path) -> Path | Archive:
     if path.name == MANIFEST:
         return _source(path.parent)
     return path
-
-
-@contextmanager
-def _refusals_as_os_errors() -> Iterator[None]:
-    """HDF5 keeps to itself what the system refused, and netCDF raises a RuntimeError for it."""
-    try:
-        yield
-    except RuntimeError as error:
-        raise OSError(f"{error} (is the disk full?)") from error

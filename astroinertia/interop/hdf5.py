@@ -9,7 +9,7 @@ import numpy as np
 
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
-from astroinertia.storage.atomic import write_whole
+from astroinertia.storage.atomic import hdf5_refusals, write_whole
 from astroinertia.storage.table_hdf5 import h5py_for
 from astroinertia.units import Dimension
 
@@ -38,6 +38,7 @@ def write_hdf5(path: Path, groups: Mapping[str, Mapping[str, Any]], columns: Map
     """
     h5py = h5py_for(path)
 
+    @hdf5_refusals()
     def fill(aside: Path) -> None:
         with h5py.File(aside, "w") as file:
             for name, attributes in groups.items():

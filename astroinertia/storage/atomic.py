@@ -136,6 +136,25 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, An
     return write_whole(path, fill)
 
 
+@contextmanager
+def hdf5_refusals() -> Iterator[None]:
+    """What the system refused HDF5, and netCDF or h5py call a RuntimeError, becomes an OSError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(f"{error} (is the disk full?)") from error
+
+
+def write_netcdf(path: Path, data: Any) -> str:
+    """Write a dataset of xarray as netCDF, whole; returns its sha256."""
+
+    @hdf5_refusals()
+    def fill(aside: Path) -> None:
+        data.to_netcdf(aside, engine="netcdf4", format="NETCDF4")
+
+    return write_whole(path, fill)
+
+
 def read_arrays(path: Path, digest: str, prefix: str = "") -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Arrays and scalars of a file that has this sha256; only arrays whose name begins with `prefix` are loaded.
 

@@ -22,7 +22,7 @@ from astroinertia.scene.sweep import GRID, Sweep, member
 from astroinertia.scene.sweep_values import coordinate
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, final_name
-from astroinertia.storage.atomic import write_whole
+from astroinertia.storage.atomic import hdf5_refusals, write_whole
 from astroinertia.sweeps import common_times, folder as folders
 
 OUTPUT = "output"
@@ -72,6 +72,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     if unclosed:
         skeleton.attrs["ledger_warnings"] = "\n".join(unclosed)
 
+    @hdf5_refusals()
     def fill(aside: Path) -> None:
         between: list[int] = []
         skeleton.to_netcdf(aside, engine="netcdf4", format="NETCDF4")
