@@ -15,7 +15,14 @@ from astroinertia.dataset import arranged, open_snapshots
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.arranged import in_seconds, with_labels
 from astroinertia.dataset.axes import Axis, axis_text, directions
-from astroinertia.dataset.by_member import must_have_times, of_each_member, reached, source_of, swept
+from astroinertia.dataset.by_member import (
+    must_be_of_one_run,
+    must_have_times,
+    of_each_member,
+    reached,
+    source_of,
+    swept,
+)
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
 from astroinertia.dataset.picture_methods import picture
@@ -214,7 +221,7 @@ class InertiaAccessor:
         >>> print(f"{float(c20[0] * np.sqrt(5) / ds.gravity_coefficient[0, 0]):.6f}")  # one is 4 pi normalised
         1.000000
         """
-        self._must_be_of_one_run("the gravity field")
+        must_be_of_one_run(self.dataset, "the gravity field")
         must_have_times(self.dataset)
         times, fields = run_fields(self.dataset, self.snapshots, degree, radius)
         if principal_axes:
@@ -501,11 +508,6 @@ class InertiaAccessor:
     def _must_have(self, *names: str) -> list[str]:
         """These names; AbsentError for the first that this dataset lacks, as one of which a part was taken may."""
         return [str(self._named(name).name) for name in names]
-
-    def _must_be_of_one_run(self, what: str) -> None:
-        if dims := swept(self.dataset):
-            one = ", ".join(f"{dim}=0" for dim in dims)
-            raise InputError(f"{what} is of one member of a sweep: take one, such as ds.isel({one}).inertia")
 
     def _time(self, name: str, value: Any) -> float | None:
         """A time in the unit of the dataset, from a number, a quantity or text with a unit."""

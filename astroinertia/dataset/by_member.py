@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset.arranged import with_labels
-from astroinertia.errors import SceneError
+from astroinertia.errors import AbsentError, SceneError
+from astroinertia.process.quantities import InputError
 from astroinertia.storage.atomic import own_folder
 
 _OF_A_RUN = {"time", "i", "j"}
@@ -44,6 +45,20 @@ def must_have_times(dataset: xr.Dataset) -> None:
     """SceneError for a dataset of which no time is left."""
     if not dataset.sizes.get("time", 1):
         raise SceneError("nothing is recorded in this dataset: it has no times.")
+
+
+def must_be_of_one_run(dataset: xr.Dataset, what: str) -> None:
+    """InputError for all members of a sweep together, which names one; AbsentError for a member without records."""
+    dims = swept(dataset)
+    tensor = dataset["inertia_tensor"]
+    recorded = tensor.notnull().any([dim for dim in tensor.dims if dim in _OF_A_RUN]).values
+    if dims:
+        first = zip(dims, np.argwhere(recorded)[0] if recorded.any() else (0,) * len(dims), strict=True)
+        one = ", ".join(f"{dim}={place}" for dim, place in first)
+        raise InputError(f"{what} is of one member of a sweep: take one, such as ds.isel({one}).inertia")
+    if "failure" in dataset.coords and not recorded:
+        why = dataset["failure"].item()
+        raise AbsentError(f"this member of the sweep has no result{f': {why}' if why else '.'}")
 
 
 def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:

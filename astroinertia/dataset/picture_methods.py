@@ -6,6 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from astroinertia.dataset.by_member import must_be_of_one_run
 from astroinertia.errors import AbsentError, SceneError
 
 OPTIONS = {
@@ -31,7 +32,7 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
             for name in others:
                 if name not in options:
                     raise SceneError(f"{plot.__name__} has no option {name!r}; it has {', '.join(options)}.")
-            accessor._must_be_of_one_run("a picture")
+            must_be_of_one_run(accessor.dataset, "a picture")
             if of_particles and others.get("snapshots") is None:
                 others["snapshots"] = accessor.snapshots
                 if others["snapshots"] is None:

@@ -21,6 +21,7 @@ from astroinertia.storage.bounded import plain_text
 
 MANIFEST = "manifest.json"
 COPY = "manifest-copy.json"
+FAILURE = "failure.json"  # of a member of a sweep that failed: sweeps.folder
 FORMAT = "astroinertia-run"
 SAVED = re.compile(r"(segment|snapshots|checkpoint)-[0-9]+\.npz")
 VERSION = 3
@@ -181,12 +182,23 @@ def read(folder: Path) -> dict[str, Any]:
     raise errors[0]
 
 
+def _failure(folder: Path) -> str:
+    """Why a member of a sweep that is to be in a folder was never begun, where that was noted; else nothing."""
+    try:
+        noted = read_json(folder / FAILURE)
+    except (FileNotFoundError, NotADirectoryError, ArchiveError):
+        return ""
+    sentence = noted.get("sentence") if isinstance(noted, dict) else None
+    return f": this member of a sweep failed. {plain_text(sentence)}" if isinstance(sentence, str) else ""
+
+
 def read_file(path: Path) -> dict[str, Any]:
     """One of the two copies, in today's format; ArchiveError where it is missing, damaged or not of this package."""
     try:
         manifest = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
-        raise ArchiveError(f"{path.parent} holds no run (it has no {MANIFEST}).") from None
+        why = _failure(path.parent)
+        raise ArchiveError(f"{path.parent} holds no run (it has no {MANIFEST}){why or '.'}") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise ArchiveError(f"{path} does not describe a run of this package.")
     version, recorded = manifest.get("version"), manifest.pop("sha256", None)

@@ -35,7 +35,7 @@ WORTH_WORKERS = 30.0  # seconds of work, below which the start of processes take
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a sweep is: members done, of them failed, in all; seconds taken and to go (NaN until one is done)."""
+    """How far a sweep is: members done, of them failed, in all; seconds taken, and to go (NaN before a result)."""
 
     done: int
     failed: int
@@ -190,6 +190,7 @@ def _carry_out(
     elif tasks and workers > 1:
         outcomes = side_by_side(tasks, min(workers, len(tasks)), deadline)
     done, tell = 0, listener or (lambda standing: None)
+    spent, results, on_results = 0.0, 0, 0.0  # seconds of members, side by side too; those that failed may take none
 
     def stopped(by: str) -> SweepInterrupted:
         return SweepInterrupted(folder, before + done, count, by)
@@ -200,7 +201,11 @@ def _carry_out(
             for done, outcome in enumerate(outcomes, 1):
                 failed += outcome.failure is not None
                 seconds = clock.monotonic() - begun
-                tell(Standing(before + done, failed, count, seconds, seconds / done * (len(tasks) - done)))
+                spent += outcome.seconds
+                if outcome.failure is None:
+                    results, on_results = results + 1, on_results + outcome.seconds
+                each = on_results / results * seconds / spent if on_results else math.nan
+                tell(Standing(before + done, failed, count, seconds, each * (len(tasks) - done)))
         except RunInterrupted as one:
             raise stopped(one.by) from None
 

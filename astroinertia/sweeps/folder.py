@@ -23,10 +23,10 @@ from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
 from astroinertia.storage.atomic import own_folder, read_json, write_json
 from astroinertia.storage.bounded import plain_text
+from astroinertia.storage.manifest import FAILURE
 
 FORMAT, VERSION = "astroinertia-sweep", 1
 SESSION = "session"
-FAILURE = "failure.json"
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from astroinertia.run.loop import Listener, Progress
 from astroinertia.scene.sweep import Sweep, member
 from astroinertia.storage.archive import LOCK, MANIFEST, locked
 from astroinertia.storage.atomic import own_folder
+from astroinertia.storage.manifest import FAILURE
 from astroinertia.sweeps import folder as folders
-from astroinertia.sweeps.folder import FAILURE, SESSION, Failure
+from astroinertia.sweeps.folder import SESSION, Failure
 
 PATIENCE = 30.0  # seconds that another process may still hold a member after its worker was given up
 SECONDS_BETWEEN_LOOKS = 1.0  # at the session's file

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia.errors import SceneError
+from astroinertia.errors import AbsentError, SceneError
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
@@ -79,6 +79,12 @@ def test_arguments_may_differ_from_member_to_member(runs, sweep):
 def test_pictures_are_of_one_member(sweep):
     with pytest.raises(ValueError, match=r"of one member of a sweep: take one, such as ds.isel\(member=0\).inertia"):
         sweep.inertia.plot_inertia()
+    later = sweep.isel(member=[3, 1])  # the one without a result is not the one to take
+    with pytest.raises(ValueError, match=r"take one, such as ds.isel\(member=1\).inertia"):
+        later.inertia.plot_inertia()
+    noted = sweep.assign_coords(failure=("member", ["", "", "", "the body sheds mass."]))
+    with pytest.raises(AbsentError, match=r"this member of the sweep has no result: the body sheds mass\.$"):
+        noted.isel(member=3).inertia.plot_inertia()
     assert sweep.inertia.snapshots is None
     with pytest.raises(ValueError, match="no member of this sweep has records"):
         sweep.isel(member=[3]).inertia.spin_rate()

@@ -231,6 +231,24 @@ def test_members_that_cannot_be_are_named_by_plan_and_before_a_run(tmp_path, cap
     assert printed.index("will have no result") < printed.index("0 of 2 members")
     assert "mass shedding" in str(astroinertia.open(folder)["failure"][0].values)
     assert np.isfinite(astroinertia.open(folder)["mass"][1]).all()
+    assert main(["show", str(folder), "--member", "0"]) == 2
+    said = capsys.readouterr().err
+    assert "holds no run (it has no manifest.json): this member of a sweep failed. [body] t_over_w of 0.2" in said
+
+
+def test_members_that_fail_at_once_do_not_shorten_what_is_to_go(tmp_path, monkeypatch):
+    def carried_out(task):
+        if task.number < 2:
+            return members.Outcome(task.number, 0.0, folder.Failure("it sheds mass", lasting=True))
+        time.sleep(0.05)
+        return members.Outcome(task.number, 0.05)
+
+    monkeypatch.setattr(ensemble, "carry_out", carried_out)
+    monkeypatch.setattr(ensemble, "_combine", lambda *_: None)
+    standings = []
+    ensemble.run_sweep(made(), tmp_path / "run", listener=standings.append)
+    assert np.isnan([each.to_go for each in standings[:3]]).all()
+    assert standings[3].to_go == pytest.approx(standings[3].seconds) and standings[4].to_go == 0.0
 
 
 @pytest.mark.parametrize("command", ["plan", "run"])
