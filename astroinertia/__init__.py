@@ -11,7 +11,8 @@
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
     astroinertia.open_sweep(path)          all members of a sweep, an xarray DataTree; open(path): in one Dataset
 
-Nothing is imported or set until one of them is used.
+Every dataset of xarray has the accessor `.inertia`, however it was opened. Nothing else is set, and nothing imported,
+until one of these is used.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +21,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
+
+from astroinertia.process.imports import once_imported
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +56,23 @@ class _OneAtATime(ContextDecorator):
 
 
 _one_at_a_time = _OneAtATime()
+
+
+def _register_accessor() -> None:
+    """Give `.inertia` to datasets and trees of xarray, whose module is imported where it is first asked for."""
+    import xarray as xr
+
+    def inertia(opened: "xr.Dataset | xr.DataTree") -> Any:
+        """The inertia tensor of a dataset and what follows from it: astroinertia.dataset.accessor."""
+        from astroinertia.dataset.accessor import InertiaAccessor
+
+        return InertiaAccessor(opened)
+
+    xr.register_dataset_accessor("inertia")(inertia)
+    xr.register_datatree_accessor("inertia")(inertia)
+
+
+once_imported("xarray", _register_accessor)
 
 
 def __getattr__(name: str) -> Any:
@@ -334,10 +354,8 @@ def open(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = None) -
     True
     """
     from astroinertia import dataset
-    from astroinertia.dataset import accessor
     from astroinertia.dataset.absent import without_absent
 
-    assert accessor  # importing it registers it
     return without_absent(dataset.open(_path("path", path, "a netCDF file or a run folder"), chunks=chunks))
 
 
@@ -348,10 +366,8 @@ def open_tree(path: str | PathLike[str], chunks: "Mapping[str, int] | None" = No
     100
     """
     from astroinertia import dataset
-    from astroinertia.dataset import accessor
     from astroinertia.dataset.absent import without_absent
 
-    assert accessor
     tree = dataset.open_tree(_path("path", path, "a netCDF file or a run folder"), chunks=chunks)
     tree.dataset = without_absent(tree.to_dataset())
     return tree
@@ -363,9 +379,7 @@ def open_sweep(path: str | PathLike[str]) -> "xr.DataTree":
     >>> print(open_sweep("runs/sweep").sizes["member"])
     2
     """
-    from astroinertia.dataset import accessor
     from astroinertia.dataset.absent import without_absent
     from astroinertia.sweeps.combined import open_members
 
-    assert accessor
     return open_members(_path("path", path, "the folder of a sweep")).map_over_datasets(without_absent)

@@ -21,9 +21,7 @@ def add_argument(add: Add, name: str = "run") -> None:
 def opened(path: Path) -> "xr.Dataset":
     """The headline series of a result; ArchiveError for what is none."""
     from astroinertia import dataset
-    from astroinertia.dataset import accessor
 
-    assert accessor  # importing it registers `dataset.inertia`
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise ArchiveError(f"{path} is neither a file nor a run folder.")  # a pipe would be waited for
     return dataset.open(path)

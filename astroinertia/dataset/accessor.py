@@ -1,6 +1,6 @@
 """`dataset.inertia`: derived quantities and plots on any dataset of this package, however it was opened.
 
-Importing this module registers the accessor for xarray's Dataset and DataTree.
+The package registers the accessor for xarray's Dataset and DataTree when both are imported.
 """
 
 import difflib
@@ -40,8 +40,6 @@ _THINNEST = 1e-12  # I_1 + I_2 - I_3 over I_3, which is the square of a thicknes
 MOTION = "motion"  # the share that is not an effect's: the kinetic tensor's
 
 
-@xr.register_dataset_accessor("inertia")
-@xr.register_datatree_accessor("inertia")
 class InertiaAccessor:
     """The inertia tensor of a dataset and what follows from it; every result keeps coordinates, units and meaning.
 

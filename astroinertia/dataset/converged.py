@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene

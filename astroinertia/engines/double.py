@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from astroinertia.engines.pytree import once_imported
+from astroinertia.process.imports import once_imported
 
 _within = 0  # how many times it has been entered without JAX
 _before: bool | None = None  # whether JAX, imported within, would have done so by itself
@@ -30,7 +30,7 @@ def in_double() -> Iterator[None]:
 def _entered(times: int) -> None:
     global _within
     _within += times
-    once_imported(_switch)
+    once_imported("jax", _switch)
 
 
 def _switch() -> None:

@@ -10,19 +10,15 @@ Tests: tests/unit/engines/test_pytree.py.
 """
 
 import inspect
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from functools import partial
-from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 from typing import Any, TypeVar
+
+from astroinertia.process.imports import once_imported
 
 T = TypeVar("T")
 
-_JAX = "jax"
-_waiting: list[Callable[[], None]] = []  # what is done at the end of its import
 _fields: dict[type, tuple[list[str], list[str]]] = {}  # of each class, what is data and what part of the structure
 
 
@@ -34,16 +30,8 @@ def pytree(cls: type[T]) -> type[T]:
     names = [field.name for field in fields(cls) if field.init]  # type: ignore[arg-type]
     static = {field.name for field in fields(cls) if field.metadata.get("static", False)}  # type: ignore[arg-type]
     _fields[cls] = [name for name in names if name not in static], [name for name in names if name in static]
-    once_imported(partial(_register, cls))
+    once_imported("jax", partial(_register, cls))
     return cls
-
-
-def once_imported(action: Callable[[], None]) -> None:
-    """Do something as soon as JAX is there: now, or at the end of its import."""
-    if _JAX in sys.modules:
-        action()
-    elif action not in _waiting:
-        _waiting.append(action)
 
 
 def mapped(function: Callable[[Any], Any], tree: Any) -> Any:
@@ -100,29 +88,3 @@ def _register(cls: type) -> None:
         return made
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
-
-
-class _AfterJax(MetaPathFinder):
-    """Finds JAX as Python does, and has what waits for it registered at the end of its import."""
-
-    def find_spec(self, fullname: str, path: Any = None, target: ModuleType | None = None) -> ModuleSpec | None:
-        if fullname != _JAX:
-            return None
-        others = [finder for finder in sys.meta_path if finder is not self]
-        specs = (finder.find_spec(fullname, path, target) for finder in others)
-        spec = next((spec for spec in specs if spec is not None), None)
-        if spec is None or spec.loader is None:
-            return spec
-        execute = spec.loader.exec_module
-
-        def execute_and_register(module: ModuleType) -> None:
-            execute(module)
-            while _waiting:
-                _waiting.pop()()
-
-        spec.loader.exec_module = execute_and_register
-        return spec
-
-
-if _JAX not in sys.modules:
-    sys.meta_path.insert(0, _AfterJax())

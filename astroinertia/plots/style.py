@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 from PIL import Image
 
-from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`, which the figures use
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.plots.shown_units import (
     LARGEST_PLAIN,

@@ -29,7 +29,6 @@ from astroinertia.accuracy.running import run_scene
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.rotating_star import RotatingStar, rotating_star_with
 from astroinertia.bodies.rotation_laws import RotationLaw
-from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.rotational_share import rotational_share
 from astroinertia.dataset.variables import variables

@@ -22,7 +22,6 @@ from astroinertia.bodies.break_up import shedding_share, spun_up_polytrope
 from astroinertia.bodies.neutron_stars import NeutronStar, stable_branch, star, star_of_mass
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.bodies.tov import structure
-from astroinertia.dataset import accessor as _accessor  # noqa: F401  registers `dataset.inertia`
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.variables import of_rows, variables
 from astroinertia.errors import AbsentError, NumericalError, SceneError

@@ -4,14 +4,11 @@ import numpy as np
 import xarray as xr
 
 from astroinertia import dataset
-from astroinertia.dataset import accessor
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import loads
 from astroinertia.storage.atomic import temporary_folder
 from astroinertia.verify.comparison import Quantities
-
-assert accessor  # importing it registers `dataset.inertia`
 
 COLLAPSE = """
 name = "cross_check"

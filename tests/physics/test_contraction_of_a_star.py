@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from astroinertia import dataset as datasets
-from astroinertia.dataset import accessor as _accessor  # noqa: F401
 from astroinertia.run.loop import run_scene
 from astroinertia.scene.load import load_file
 

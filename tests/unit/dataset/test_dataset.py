@@ -445,7 +445,7 @@ def test_a_long_scene_survives(tmp_path):
 
 def test_the_accessor_works_on_plain_xarray_in_a_fresh_interpreter(run):
     script = (
-        "import sys, xarray as xr, astroinertia.dataset.accessor\n"
+        "import sys, xarray as xr, astroinertia\n"
         "ds = xr.open_dataset(sys.argv[1])\n"
         "assert 'matplotlib' not in sys.modules\n"
         "print(ds.inertia.about_axis('z').attrs['units'], ds.inertia.snapshots.sizes['particle'])\n"
