@@ -25,6 +25,7 @@ OWN = "own"  # status of a number that is not of the table
 _RATIOS = ("polar_moment_ratio", "mean_moment_ratio")
 _FIELD = ("j2", "c22")
 _ERROR = "_uncertainty"
+_SYNCHRONOUS = "synchronous"  # the note of such a rate of rotation
 _SMALLEST_REFERENCE = 1e-3  # of the mean radius, that J2 is ever stated for
 _TURN_PER_DAY = 2.0 * math.pi / 86400.0
 
@@ -72,7 +73,7 @@ class SolarSystemBody:
     def adopted(self, quantity_name: str) -> Published:
         """Return the adopted number of a quantity, such as "core_radius"; KeyError where there is none."""
         if quantity_name not in self.published:
-            raise UnlistedError(f"the table has no {quantity_name.replace('_', ' ')} of {self.name}")
+            raise UnlistedError(f"no {quantity_name.replace('_', ' ')} of {self.name} is known")
         return self.published[quantity_name][0]
 
     def has(self, quantity_name: str) -> bool:
@@ -124,6 +125,11 @@ class SolarSystemBody:
         return self.angular_velocity**2 * self.mean_radius**3 / self.gravitational_parameter
 
     @property
+    def synchronous(self) -> bool:
+        """Whether tides hold it in step with its orbit, and so give it a third axis."""
+        return self.has("rotation_rate") and self.adopted("rotation_rate").note == _SYNCHRONOUS
+
+    @property
     def rotation_parameter(self) -> float:
         """Omega^2 a^3/(GM) with the equatorial radius."""
         return self.angular_velocity**2 * self.equatorial_radius**3 / self.gravitational_parameter
@@ -153,7 +159,7 @@ class SolarSystemBody:
         radius = self.mean_radius if radius is None else radius
         rows = [(name, row) for name in _RATIOS for row in self.published.get(name, ())]
         if not rows:
-            raise UnlistedError(f"the table has no moment ratio of {self.name}")
+            raise UnlistedError(f"no moment ratio of {self.name} is known")
         rows.sort(key=lambda pair: not pair[1].adopted)
         return tuple(self._normalised(name.partition("_")[0], row, kind, radius) for name, row in rows)
 
@@ -178,12 +184,16 @@ class SolarSystemBody:
 
 
 @with_quantities()
-def own_body(name: str, mass: float, mean_radius: float, **quantities: float) -> SolarSystemBody:
+def own_body(
+    name: str, mass: float, mean_radius: float, *, synchronous: bool = False, **quantities: float
+) -> SolarSystemBody:
     """Return a body that is not in the table, from its mass (kg), mean radius (m) and other quantities of the table.
 
     quantities: mean_moment_ratio, of that radius, j2 and c22, of the equatorial radius or else of that one,
-    core_density, mantle_density, crust_thickness, crust_density, ... in SI, each with name_uncertainty beside it where
-    it has one; densities and crust count as assumed. ValueError for another name. studies.core_inversion has its core.
+    rotation_rate, core_density, mantle_density, crust_thickness, crust_density, ... in SI, each with name_uncertainty
+    beside it where it has one; densities and crust count as assumed. synchronous: whether tides hold it in step with
+    its orbit, so that they shape it, too. ValueError for another name, and for a synchronous body without a
+    rotation_rate. studies.core_inversion has its core.
 
     >>> planet = own_body("mine", 6e24, 6.4e6, mean_moment_ratio=0.33, mean_moment_ratio_uncertainty=0.001)
     >>> print(planet.moment_ratio().value, planet.has("core_density"))
@@ -200,6 +210,8 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
         known = key.endswith(_ERROR) or (np.ndim(value) == 0 and not isinstance(value, str) and np.isfinite(value))
         if not known or (key in ("mass", "mean_radius") and value <= 0):
             raise ValueError(f"{key} of {name} must be a finite number that a body can have, not {value!r:.60}")
+    if synchronous and "rotation_rate" not in quantities:
+        raise ValueError(f"the synchronous body {name} needs its rotation_rate, which is that of its orbit")
     values = {"gm": GRAVITATIONAL_CONSTANT * mass, "mean_radius": mean_radius, **quantities}
 
     of_field = values.get("equatorial_radius", mean_radius)
@@ -208,7 +220,8 @@ def own_body(name: str, mass: float, mean_radius: float, **quantities: float) ->
         status = "assumed" if key.startswith(("core_", "mantle_", "crust_")) else OWN
         radius = mean_radius if key in _RATIOS else of_field if key in _FIELD else math.nan
         error = values.get(f"{key}{_ERROR}", math.nan)
-        return Published(values[key], error, "", status, True, radius, name, "")
+        note = _SYNCHRONOUS if synchronous and key == "rotation_rate" else ""
+        return Published(values[key], error, "", status, True, radius, name, note)
 
     rows = {key: (row(key),) for key in values if not key.endswith(_ERROR)}
     return SolarSystemBody(name, MappingProxyType(rows))

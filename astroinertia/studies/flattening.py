@@ -15,12 +15,12 @@ from astroinertia.bodies import maclaurin
 from astroinertia.bodies.clairaut import hydrostatic_figure
 from astroinertia.bodies.figures import RotatingFigure, figure_of_density, figure_of_polytrope
 from astroinertia.bodies.layered import constant_layers
-from astroinertia.bodies.planets import SolarSystemBody, body, solar_system
+from astroinertia.bodies.planets import SolarSystemBody, body
 from astroinertia.dataset.variables import of_rows, variables
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import core_inversion
-from astroinertia.studies.moment_ratio import SYNCHRONOUS, polytropic_index
+from astroinertia.studies.moment_ratio import polytropic_index
 from astroinertia.studies.two_layers import radii_and_densities
 
 _QUANTITIES = {
@@ -92,12 +92,10 @@ def flattening(names: Iterable[str] | str | None = None) -> xr.Dataset:
     ['298', '300']
     """
     chosen = [names] if isinstance(names, str) else list(FREE if names is None else names)
-    for name in chosen:
-        if name.lower() in (listed.lower() for listed in SYNCHRONOUS):
-            raise SceneError(f"{name} is held synchronous by tides, which stretch it along a third axis")
-        if name.lower() not in (listed.lower() for listed in solar_system()):
-            raise SceneError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
     bodies = [body(name) for name in chosen]
+    for one in bodies:
+        if one.synchronous:
+            raise SceneError(f"{one.name} is held synchronous by tides, which stretch it along a third axis")
     dataset = xr.Dataset(
         of_rows("body", map(_compared, bodies), {name: ("1", text) for name, text in _COMPARED.items()}),
         {"body": [one.name for one in bodies]},

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.bodies.moment_ratios import UNIFORM
-from astroinertia.bodies.planets import body
+from astroinertia.bodies.planets import SolarSystemBody, body
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.studies.core_inversion import assumed_layers
@@ -158,9 +158,10 @@ def infer_interior(
 
 
 @with_quantities()
-def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) -> xr.Dataset:
+def infer_body(name: str | SolarSystemBody, use: tuple[str, ...] = ("moment_ratio",), **settings) -> xr.Dataset:
     """Return the posterior of a body of the table from its mass, radius and `use`, with what the table assumes.
 
+    name: or the body itself, as `own_body` makes one, with what that assumes.
     use: "moment_ratio" (the adopted one), "love_number" (the fluid k2 that J2 or C22 stands for in equilibrium), or
     both. settings: as for `infer_interior`. SceneError for a body without these, or for which nothing is assumed.
 
@@ -168,7 +169,7 @@ def infer_body(name: str, use: tuple[str, ...] = ("moment_ratio",), **settings) 
     """
     if isinstance(use, str):
         raise SceneError(f"use must be a list of quantities, such as [{use!r:.60}], not text")
-    one = body(name)
+    one = name if isinstance(name, SolarSystemBody) else body(name)
     assumed = _assumptions(one)
     observed = {"mean_density": Gaussian(one.mean_density, _density_deviation(one))}
     observed |= {quantity: _observation(one, quantity) for quantity in use}
@@ -198,7 +199,7 @@ def _observation(one, name: str) -> Gaussian:
 def _assumptions(one) -> dict[str, Gaussian | Uniform]:
     layers = assumed_layers(one)
     if layers is None:
-        raise SceneError(f"the table assumes nothing for the layers of {one.name}")
+        raise SceneError(f"nothing is assumed for the layers of {one.name}")
     name, density, crust = layers
     assumed: dict[str, Gaussian | Uniform] = {name: Gaussian(density.value, density.uncertainty)}
     if crust is not None:

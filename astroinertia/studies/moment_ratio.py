@@ -22,12 +22,11 @@ from astroinertia.dataset.variables import of_rows
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage import cache
-from astroinertia.studies.core_inversion import core_inversion
-from astroinertia.studies.core_model_error import model_error_of
+from astroinertia.studies.core_inversion import NOTHING, core_inversion
+from astroinertia.studies.core_model_error import NO_MODEL_ERROR, model_error_of
 from astroinertia.studies.sweeps import Model, sweep
 from astroinertia.studies.two_layers import love_numbers, moment_ratio_of, two_layers
 
-SYNCHRONOUS = ("Moon", "Io", "Europa", "Ganymede", "Callisto", "Enceladus", "Rhea", "Titan")
 _HOMOGENEOUS_LOVE_NUMBER = 1.5  # no fluid body whose density falls outwards responds more
 _INDICES = np.linspace(0.0, 4.5, 46)
 _RADAU_DARWIN_LEAST = 0.75  # fluid k2 of the polytrope n = 0.67
@@ -172,19 +171,20 @@ def fluid_love_number(one: SolarSystemBody) -> float:
     """Return the fluid k2 that J2 (and C22, where tides act) of a body stands for if it is in equilibrium, else NaN.
 
     3 J2/m for a free body, 4 C22/m for a synchronous one (its J2 is 5/6 k2 m), m = Omega^2 R^3/(GM), first order in m.
-    NaN where there is no coefficient, and where k2 is above that of a homogeneous fluid: the figure is not a fluid's.
+    NaN where no coefficient or no spin is known, and where k2 is above that of a homogeneous fluid: the figure is not a
+    fluid's.
     Source: Murray & Dermott 1999, Solar System Dynamics, sect. 4.7; Hubbard & Anderson 1978, Icarus 33, 336.
 
     >>> print(f"{fluid_love_number(body('Earth')):.3f}")  # 3 J2/m
     0.944
     """
-    if one.name in SYNCHRONOUS:
-        if not one.has("c22"):
-            return np.nan
+    if not one.has("rotation_rate") or not one.has("c22" if one.synchronous else "j2"):
+        return np.nan
+    if one.synchronous:
         c22 = one.adopted("c22")
         love = 4 * c22.value * (c22.radius / one.mean_radius) ** 2 / one.small_m
     else:
-        love = 3 * one.zonal_harmonic(one.mean_radius) / one.small_m if one.has("j2") else np.nan
+        love = 3 * one.zonal_harmonic(one.mean_radius) / one.small_m
     return love if love <= _HOMOGENEOUS_LOVE_NUMBER else np.nan
 
 
@@ -220,7 +220,7 @@ def synchronous_share(one: SolarSystemBody) -> float:
     >>> print(synchronous_share(body("Io")))
     2.5
     """
-    return 2.5 if one.name in SYNCHRONOUS else 1.0
+    return 2.5 if one.synchronous else 1.0
 
 
 @with_quantities()
@@ -288,7 +288,7 @@ def _column(one: SolarSystemBody) -> dict:
     published = _NO_RATIO if row.status == OWN else row
     ratio = one.moment_ratio() if rows else MomentRatio(np.nan, np.nan, "mean", one.mean_radius, OWN, "")
     love = fluid_love_number(one)
-    inversion, beyond = core_inversion(one), model_error_of(one)
+    inversion, beyond = (core_inversion(one), model_error_of(one)) if rows else (NOTHING, NO_MODEL_ERROR)
     index = float(polytropic_index(ratio.value))
     core = one.adopted("core_radius") if one.has("core_radius") else None
     inverted = np.isfinite(inversion.core_density)

@@ -341,8 +341,7 @@ def _comparison(one: SolarSystemBody, ratio: float) -> str:
 
 
 def _hydrostatic_lines(one: SolarSystemBody, love_number: float) -> list[str]:
-    tidal = one.name == "Moon" or (one.has("rotation_rate") and "synchronous" in one.adopted("rotation_rate").note)
-    if tidal or not one.has("rotation_rate"):
+    if one.synchronous or not one.has("rotation_rate"):
         return []
     measured = f" (measured {one.zonal_harmonic(one.mean_radius):.4g})" if one.has("j2") else ""
     return [f"  hydrostatic J2       {one.small_m * love_number / 3:.4g}{measured}, to first order"]

@@ -185,6 +185,16 @@ def test_quantities_of_an_own_body_may_have_units():
         own_body("mine", 6e24, 6.4e6, j2="1e-3")
 
 
+def test_tides_hold_the_large_moons_and_what_one_says_of_a_body_of_ones_own():
+    held = {"Moon", "Io", "Europa", "Ganymede", "Callisto", "Enceladus", "Rhea", "Titan"}
+    assert {name for name, one in solar_system().items() if one.synchronous} == held
+    given = {"rotation_rate": 2e-5}
+    assert own_body("moon", 9e22, 1.7e6, synchronous=True, **given).synchronous
+    assert not own_body("moon", 9e22, 1.7e6, **given).synchronous
+    with pytest.raises(ValueError, match="the synchronous body moon needs its rotation_rate"):
+        own_body("moon", 9e22, 1.7e6, synchronous=True)
+
+
 def test_j2_of_an_own_body_is_of_its_equatorial_radius():
     given = {"j2": 1.0826e-3, "equatorial_radius": 6378137.0, "mean_moment_ratio": 0.3307}
     planet = own_body("mine", 5.97e24, 6371e3, **given)

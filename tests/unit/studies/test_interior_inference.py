@@ -5,7 +5,7 @@ import pytest
 from astropy import units as u
 
 from astroinertia.bodies.inversion import two_layers_with_errors
-from astroinertia.bodies.planets import body
+from astroinertia.bodies.planets import body, own_body
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.interior_inference import Gaussian, Uniform, infer_body, infer_interior
@@ -155,6 +155,16 @@ def test_a_synchronous_moon_keeps_its_own_rotation():
     np.testing.assert_allclose(io["zonal_harmonic_2"], 2.5 * io.attrs["small_m"] * io["love_number"] / 3)
 
 
+def test_a_body_of_ones_own_is_inferred_as_one_of_the_table_is():
+    layers = {"mantle_density": 3300.0, "mantle_density_uncertainty": 50.0}
+    ratio = {"mean_moment_ratio": 0.37, "mean_moment_ratio_uncertainty": 0.003, "rotation_rate": 2e-5}
+    moon = own_body("Zephyr", 9e22, 1.7e6, synchronous=True, **ratio, **layers)
+    found = infer_body(moon, draws=2, chains=1)
+    assert found.attrs["body"] == "Zephyr" and found.attrs["synchronous_share"] == 2.5
+    assert found["mantle_density"].attrs["prior_mean"] == 3300.0
+    assert (found["core_radius"] < 1.7e6).all()
+
+
 def test_what_no_interior_agrees_with_is_reported():
     impossible = {"mean_density": MEAN, "moment_ratio": Gaussian(0.45, 1e-3)}
     with pytest.raises(NumericalError, match="no interior of 2 uniform layers"):
@@ -165,7 +175,7 @@ def test_what_no_interior_agrees_with_is_reported():
 
 
 def test_bodies_without_errors_or_assumptions_are_reported():
-    with pytest.raises(SceneError, match="nothing for the layers of Jupiter"):
+    with pytest.raises(SceneError, match="nothing is assumed for the layers of Jupiter"):
         infer_body("Jupiter")
     with pytest.raises(SceneError, match="Ceres has no published uncertainty"):
         infer_body("Ceres")

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from astroinertia.bodies import apsidal
+from astroinertia.bodies.clairaut import radau_darwin_moment_ratio
 from astroinertia.bodies.planets import body, own_body
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.errors import SceneError
+from astroinertia.studies.core_inversion import core_inversion
 from astroinertia.studies.moment_ratio import (
     fluid_love_number,
     hydrostatic_moment_ratio,
@@ -18,6 +20,7 @@ from astroinertia.studies.moment_ratio import (
     polytropic_index,
     two_layer_sweep,
 )
+from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 
 def test_one_call_compares_published_ratios_with_models():
@@ -37,6 +40,21 @@ def test_one_call_compares_published_ratios_with_models():
             assert {"units", "long_name"} <= set(variable.attrs), name
     with pytest.raises(SceneError, match="no body 'Pluto'"):
         moment_ratio(["Pluto"])
+
+
+def test_a_synchronous_moon_of_ones_own_is_inverted_from_what_tides_and_spin_make_of_it():
+    """J2 = 5/6 k2 m and C22 = k2 m/4 of a fluid in step with its orbit: k2 comes back, and its ratio with it."""
+    k2, rate, mass, radius = 1.1, 2e-5, 9e22, 1.7e6
+    m = rate**2 * radius**3 / (GRAVITATIONAL_CONSTANT * mass)
+    given = {"rotation_rate": rate, "j2": 5 / 6 * k2 * m, "c22": k2 * m / 4, "mantle_density": 3300.0}
+    moon = own_body("Zephyr", mass, radius, synchronous=True, **given)
+    found = moment_ratio(moon).isel(body=0)
+    assert float(found["fluid_love_number"]) == pytest.approx(k2, rel=1e-12)
+    assert float(found["hydrostatic_moment_ratio"]) == pytest.approx(float(radau_darwin_moment_ratio(k2)), rel=1e-12)
+    assert np.isnan(found["moment_ratio"]) and np.isnan(found["core_radius"])  # none is stated
+    assert np.isnan(fluid_love_number(own_body("Zephyr", mass, radius, j2=1e-3)))  # a figure without a spin
+    with pytest.raises(KeyError, match="no moment ratio of Zephyr is known"):
+        core_inversion(moon)
 
 
 @pytest.mark.parametrize("index", [0.0, 0.05, 0.333, 1.0, 1.77, 3.0, 3.25, 4.4])
