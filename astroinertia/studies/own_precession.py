@@ -34,6 +34,8 @@ from astroinertia.rotation.secular_orbits import laplace_coefficient
 from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_unit, written_quantity
 
 _ROUNDS, _SETTLED = 1000, 1e-13
+_HELD = {"as": 1.0, "3/2 times as": 1.5}  # turns an orbit of the spins that orbits are known to hold
+_IN_STEP = 1e-3  # of a rate: no farther from such a spin, which is given to a few digits, a body is held
 _UPRIGHT = 1e-6  # rad: a smaller obliquity has the rate of this one
 _KEYS = ("name", "mass", "semi_major_axis", "period", "eccentricity", "inclination", "node_period")
 
@@ -84,7 +86,7 @@ def precession_of(
     equator (rad), and the amplitudes `nutation_longitude` and `nutation_obliquity` (rad) of the nutation with its node,
     NaN where that does not turn, and in longitude for an obliquity of 0. Then `relativity` of the orbit, `total_rate`
     and `total_period`, and the `dynamical_ellipticity` and `moment_ratio` of the body. SceneError, in a sentence, for
-    what is no such number.
+    what is no such number, and for a body that turns in step with a companion's orbit, as the Moon and Mercury do.
     Checked by tests/unit/studies/test_own_precession.py against published rates of Saturn, Mars and the Earth.
 
     >>> sun = {"name": "Sun", "mass": "1 Msun", "period": "365.25636 d", "eccentricity": 0.0167}
@@ -109,6 +111,13 @@ def precession_of(
                 f"precession_of: {orbit.name} would come to {nearest:.6g} m from the centre of the body, whose radius "
                 f"is {r:.6g} m"
             )
+        motion = math.sqrt(GRAVITATIONAL_CONSTANT * (m + orbit.mass) / orbit.semi_major_axis**3)
+        for often, turns in _HELD.items():
+            if theta < 0.5 * math.pi and math.isclose(rate, turns * motion, rel_tol=_IN_STEP):
+                raise SceneError(
+                    f"precession_of: the body turns {often} fast as {orbit.name} goes around: an orbit that holds a "
+                    "spin so takes its axis along, which has no precession of its own (rotation.cassini)"
+                )
     outer = [orbit for orbit in orbits if orbit.mass > m]
     moons = [orbit for orbit in orbits if orbit.mass <= m]
     if outer and moons and bulge < 0.0:

@@ -227,6 +227,18 @@ def test_numbers_may_have_units_of_astropy_and_periods_stand_for_axes():
     assert arcseconds(planet("Earth", 0.3307, [by_period])) == pytest.approx(arcseconds(text), rel=1e-4)
 
 
+@pytest.mark.parametrize(("period", "often"), [("365.26 d", "as fast as"), ("243.5 d", "3/2 times as fast as")])
+def test_a_body_that_its_orbit_holds_has_no_precession_of_its_own(period, often):
+    numbers = {"mass": "1 Mearth", "radius": "6378 km", "j2": 1e-5, "moment_ratio": 0.33, "companions": [SUN]}
+    with pytest.raises(
+        SceneError, match=rf"turns {often} Sun goes around: an orbit that holds .*\(rotation\.cassini\)"
+    ):
+        precession_of(period=period, obliquity="3 deg", **numbers)
+    backwards = precession_of(period=period, obliquity="177 deg", **numbers)
+    assert float(backwards.precession_rate[0]) < 0.0
+    assert float(precession_of(period="300 d", obliquity="3 deg", **numbers).precession_rate[0]) > 0.0
+
+
 def test_two_of_three_numbers_say_the_shape():
     whole = planet("Earth", 0.3307, [SUN, MOON])
     ellipticity = float(whole.dynamical_ellipticity)
