@@ -500,7 +500,8 @@ class InertiaAccessor:
         if not isinstance(series, str):
             raise InputError(f"a series is a name or a DataArray, not something of the type {type(series).__name__}.")
         if series not in self.dataset.variables:
-            raise AbsentError(f"this dataset has no {shown(series)!r}; {_nearest(series, self.dataset.data_vars)}")
+            near = _nearest(series, self.dataset.data_vars.keys() - self.absent.keys())
+            raise AbsentError(f"this dataset has no {shown(series)!r}; {near}")
         return self.dataset[series]
 
     def _must_have(self, *names: str) -> list[str]:

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from astroinertia.dataset import numbers
 from astroinertia.dataset.arranged import with_labels
 from astroinertia.errors import AbsentError, SceneError
 from astroinertia.process.quantities import InputError
 from astroinertia.storage.atomic import own_folder
 
 _OF_A_RUN = {"time", "i", "j"}
+_SINGLE = 1e-6  # of the largest: records may have been made single precision
 
 
 def swept(dataset: xr.Dataset) -> tuple[str, ...]:
@@ -32,13 +34,36 @@ def reached(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def source_of(dataset: xr.Dataset) -> Path | None:
-    """The file of a run, or the folder of the member that was chosen from a sweep; None where that is not known."""
+    """The file of a run, or the folder of the member that was chosen from a sweep; None where that is not known.
+
+    Of several that were put together, xarray keeps the first file's name: it has to hold the dataset's own records.
+    """
     source = dataset.encoding.get("source")
     if source is None or not Path(source).exists() or swept(dataset):
         return None
-    if "member" not in dataset.coords:
-        return Path(source)
-    return own_folder(Path(source).parent, f"member-{int(dataset['member']):04d}")
+    path = Path(source)
+    if "member" in dataset.coords:
+        path = own_folder(path.parent, f"member-{int(dataset['member']):04d}")
+    return path if _holds(path, dataset) else None
+
+
+def _holds(path: Path, dataset: xr.Dataset) -> bool:
+    """Whether a file or folder has the records of a dataset, or such between which its are linear.
+
+    Known by the computer's clock, which no two runs have alike; without it, by the trace of the inertia tensor.
+    """
+    name = "wall_time" if "wall_time" in dataset else "inertia_tensor"
+
+    def one(series: xr.DataArray) -> np.ndarray:
+        return series.values if name == "wall_time" else np.trace(series.transpose("time", ...).values, 0, 1, 2)
+
+    recorded = numbers(path, name)
+    if not recorded.size:
+        return False
+    times, own = dataset["time"].values, one(dataset[name])
+    found = np.interp(times, recorded["time"].values, one(recorded))
+    size = np.fmax.reduce(abs(found), initial=0.0)
+    return bool(np.allclose(own, found, rtol=0.0, atol=_SINGLE * size, equal_nan=True))
 
 
 def must_have_times(dataset: xr.Dataset) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import netCDF4
+import numpy as np
 import xarray as xr
 
 from astroinertia.dataset.schema import FORMAT
@@ -39,6 +40,16 @@ def headline(path: Path) -> xr.Dataset:
         labels = [name for name, coord in dataset.coords.items() if coord.dtype.kind == "O"]
         dataset = dataset.assign_coords({name: dataset[name].astype(str) for name in labels})
     return dataset
+
+
+def numbers(path: Path, name: str) -> xr.DataArray:
+    """One series of numbers of a file, along its times; ArchiveError as `headline`, and for a file without it."""
+    _look(path)
+    # no labels are read: netCDF crashes as `snapshots` says
+    with archive_errors(path), netCDF4.Dataset(path) as file:
+        series, times = file[name], file["time"]
+        check_proportion(name, series.dtype.itemsize * math.prod(map(float, series.shape)), path)
+        return xr.DataArray(np.asarray(series[:]), {"time": np.asarray(times[:])}, series.dimensions)
 
 
 def snapshots(path: Path, chunks: Mapping[str, int] | None) -> xr.Dataset | None:

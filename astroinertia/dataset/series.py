@@ -83,6 +83,15 @@ def open(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.
     return dataset if chunks is None else dataset.chunk(chunks)
 
 
+def numbers(path: Path, name: str) -> xr.DataArray:
+    """One series of numbers of a file or a run folder, as it was recorded; ArchiveError where there is none of it."""
+    source = _source(path)
+    if isinstance(source, Path):
+        return dataset_files.numbers(source, name)
+    with archive_errors(source.folder, NOT_OF_A_RUN):
+        return headline(_series(source, "raise"), source.metadata)[name]
+
+
 def open_snapshots(path: Path | str, damaged: str = "raise", chunks: Chunks = None) -> xr.Dataset | None:
     """The particles of the snapshots, read when they are asked for; None if there are none.
 

@@ -1,6 +1,7 @@
 """`ds.inertia` lists what it can do; its plots say what they take, and refuse the rest in one sentence."""
 
 import inspect
+import json
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,13 @@ PLOTS = [name for name in PUBLIC if name.startswith("plot_")]
 def ds() -> xr.Dataset:
     records, _ = affine_run(outputs=24, particles=64)
     return dataset.headline({name: np.stack([r[name] for r in records]) for name in records[0]}, METADATA)
+
+
+def test_what_a_run_does_not_have_is_not_suggested(ds: xr.Dataset) -> None:
+    names = ["inertia_tensor", "mass"]
+    part = ds[names].assign_attrs(absent=json.dumps({"gw_angular_momentum": "no waves"}))
+    with pytest.raises(AbsentError, match="this dataset has no 'angular_momentum'; its data_vars are what it has"):
+        part.inertia.spin_rate()
 
 
 def test_a_repr_lists_all_that_it_can_do_in_a_line_each(ds: xr.Dataset) -> None:

@@ -10,7 +10,7 @@ from xarray.plot.utils import label_from_attrs
 
 import astroinertia
 from astroinertia import dataset
-from astroinertia.errors import ArchiveError
+from astroinertia.errors import AbsentError, ArchiveError
 from astroinertia.plots import style
 from astroinertia.storage.archive import Archive
 from tests.unit.affine_body import METADATA, affine_run
@@ -61,6 +61,36 @@ def test_chunks_read_only_what_is_asked_for_and_the_same_numbers(run, opened):
         xr.testing.assert_identical(result(lazy.inertia), result(opened.inertia))
     assert isinstance(lazy.inertia.snapshots["position"].data, dask.array.Array)
     xr.testing.assert_identical(lazy.load(), opened)
+
+
+def test_particles_of_runs_that_were_put_together_are_never_those_of_another(run, opened, tmp_path):
+    """xarray keeps the name of the first file alone: the particles of the second run are not known, not the first's."""
+    records, snapshots = affine_run(outputs=24, particles=64)
+    later = [{**record, "wall_time": record["wall_time"] + 0.1} for record in records]
+    with Archive.create(tmp_path / "again", METADATA) as archive:
+        archive.write_segment(later, [{**each, "position": -each["position"]} for each in snapshots])
+        dataset.finish(archive)
+    both = xr.concat([opened, astroinertia.open(tmp_path / "again")], "run")
+    xr.testing.assert_identical(both.isel(run=0).inertia.snapshots, opened.inertia.snapshots)
+    assert both.isel(run=1).inertia.snapshots is None
+    with pytest.raises(AbsentError, match="no snapshots"):
+        both.isel(run=1).inertia.plot_density()
+
+
+@pytest.mark.parametrize(
+    "cut",
+    [
+        lambda ds: ds.isel(time=slice(3, None, 5)),
+        lambda ds: ds.isel(time=-1),
+        lambda ds: ds.interp(time=np.linspace(0.0, float(ds.time[-1]), 7)),
+        lambda ds: ds[["inertia_tensor", "mass"]],
+        lambda ds: xr.concat([ds.isel(time=slice(0, 4)), ds.isel(time=slice(4, None))], "time", data_vars="minimal"),
+    ],
+)
+def test_a_dataset_that_was_cut_or_interpolated_keeps_its_particles(cut, opened):
+    with xr.set_options(keep_attrs=True):
+        found = cut(opened)
+    assert found.inertia.snapshots.sizes["particle"] == 64
 
 
 def test_a_lazy_tree_has_one_snapshot_a_chunk_and_can_be_opened_again(run):
