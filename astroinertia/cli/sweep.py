@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
     from astroinertia.scene.sweep import Sweep
     from astroinertia.sweeps.ensemble import Carried
+    from astroinertia.sweeps.folder import Failure
 
 MOST_ROWS = 20  # of a table of members
 
@@ -84,11 +85,11 @@ def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, m
     return ensemble.run_sweep(sweep, folder, workers, cluster, minutes, meter.tell_members, deadline)
 
 
-def failures(sweep: "Sweep", outcome: "Carried") -> list[str]:
+def failures(sweep: "Sweep", found: "Mapping[int, Failure]") -> list[str]:
     """The members that have no result, and why; no lines where all have one."""
     sentences = {
         number: failure.sentence + ("" if failure.lasting else " (resume runs it again)")
-        for number, failure in outcome.failures.items()
+        for number, failure in found.items()
     }
     return _table(sweep, sentences, "has no result, for") if sentences else []
 
@@ -185,7 +186,7 @@ def summary(folder: Path) -> list[str]:
     from astroinertia.cli import result
     from astroinertia.scene.sweep import member
     from astroinertia.sweeps import combined
-    from astroinertia.sweeps.folder import read
+    from astroinertia.sweeps.folder import failure, read
     from astroinertia.units import shown
 
     sweep, data = read(folder), result.opened(folder)
@@ -204,4 +205,6 @@ def summary(folder: Path) -> list[str]:
     for number, settings in enumerate(sweep.members):
         figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
         rows.append((member(number), *(shown(str(value)) for value in settings), *figures))
-    return [f"{sweep.name} at the end", *_first(aligned(rows), 1), *unclosed(combined.path(sweep, folder))]
+    noted = {number: why for number in range(len(sweep.members)) if (why := failure(folder, number))}
+    table = [f"{sweep.name} at the end", *_first(aligned(rows), 1)]
+    return [*table, *(["", *failures(sweep, noted)] if noted else []), *unclosed(combined.path(sweep, folder))]

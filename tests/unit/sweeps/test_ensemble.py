@@ -231,6 +231,9 @@ def test_members_that_cannot_be_are_named_by_plan_and_before_a_run(tmp_path, cap
     assert printed.index("will have no result") < printed.index("0 of 2 members")
     assert "mass shedding" in str(astroinertia.open(folder)["failure"][0].values)
     assert np.isfinite(astroinertia.open(folder)["mass"][1]).all()
+    assert main(["show", str(folder)]) == 0
+    table, why = capsys.readouterr().out.split("has no result, for")
+    assert f"{member(1)}  0.05" in table and "mass shedding" in why and member(1) not in why
     assert main(["show", str(folder), "--member", "0"]) == 2
     said = capsys.readouterr().err
     assert "holds no run (it has no manifest.json): this member of a sweep failed. [body] t_over_w of 0.2" in said
