@@ -67,7 +67,7 @@ def fineness(dataset: xr.Dataset) -> tuple[int, float]:
 
 @with_absent
 def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
-    """What tells the runs apart: model and particles, then the run's name, then a number.
+    """What tells the runs apart: model and particles, then the run's name, its folder, its file, then a number.
 
     >>> print(labels([ds, ds]))
     ['sph, 100 particles [1]', 'sph, 100 particles [2]']
@@ -77,7 +77,9 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
         particles = _particles(dataset)
         model = str(dataset.attrs.get("model", "run"))
         names.append(f"{model}, {particles} particles" if particles else model)
-    for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], _outer_folders(datasets)):
+    files = [Path(str(dataset.encoding.get("source", ""))).resolve() for dataset in datasets]
+    places = [file.parent.name for file in files], [file.stem for file in files]
+    for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], *places):
         if len(set(names)) < len(names) and len(set(extra)) > 1:
             added = [f" ({more})" if more else "" for more in extra]
             names = [text.removesuffix(more) + more for text, more in zip(names, added, strict=True)]
@@ -311,7 +313,3 @@ def _particles(dataset: xr.Dataset) -> int:
         return 0
     counts = dataset.attrs.get("body_particles")
     return sum(json.loads(str(counts))) if counts else 0
-
-
-def _outer_folders(datasets: Sequence[xr.Dataset]) -> list[str]:
-    return [Path(str(dataset.encoding.get("source", ""))).resolve().parent.name for dataset in datasets]

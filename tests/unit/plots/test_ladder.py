@@ -69,6 +69,14 @@ def test_a_label_has_a_name_once_where_the_folder_has_it_too(fine):
     assert ladder.labels(runs) == ["ellipsoid (core)", "ellipsoid (core) (again)", "ellipsoid (other)"]
 
 
+def test_files_of_one_folder_are_named_by_themselves(fine):
+    runs = [fine.copy() for _ in range(3)]
+    for run, file in zip(runs, ("a/coarse.nc", "a/fine.nc", "b/fine.nc"), strict=True):
+        run.encoding["source"] = f"/from others/{file}"
+    assert ladder.labels(runs[:2]) == ["ellipsoid (coarse)", "ellipsoid (fine)"]
+    assert ladder.labels(runs) == ["ellipsoid (a) (coarse)", "ellipsoid (a) (fine)", "ellipsoid (b) (fine)"]
+
+
 def test_round_off_is_neither_compared_nor_drawn_as_a_change(fine):
     noise = 2.2e-16 * np.resize([1.0, -1.0], fine.sizes["time"])
     shape, radius = fine.ellipsoid_flattening, fine.mean_radius
