@@ -58,7 +58,7 @@ def _holds(path: Path, dataset: xr.Dataset) -> bool:
         return series.values if name == "wall_time" else np.trace(series.transpose("time", ...).values, 0, 1, 2)
 
     recorded = numbers(path, name)
-    if not recorded.size:
+    if not recorded.size or set(recorded.dims) - _OF_A_RUN:  # it holds several runs itself
         return False
     times, own = dataset["time"].values, one(dataset[name])
     found = np.interp(times, recorded["time"].values, one(recorded))
@@ -74,14 +74,20 @@ def must_have_times(dataset: xr.Dataset) -> None:
 
 def must_be_of_one_run(dataset: xr.Dataset, what: str) -> None:
     """InputError for all members of a sweep together, which names one; AbsentError for a member without records."""
-    dims = swept(dataset)
+    _must_have_result(dataset)
+    if not (dims := swept(dataset)):
+        return
     tensor = dataset["inertia_tensor"]
     recorded = tensor.notnull().any([dim for dim in tensor.dims if dim in _OF_A_RUN]).values
-    if dims:
-        first = zip(dims, np.argwhere(recorded)[0] if recorded.any() else (0,) * len(dims), strict=True)
-        one = ", ".join(f"{dim}={place}" for dim, place in first)
-        raise InputError(f"{what} is of one member of a sweep: take one, such as ds.isel({one}).inertia")
-    if "failure" in dataset.coords and not recorded:
+    first = zip(dims, np.argwhere(recorded)[0] if recorded.any() else (0,) * len(dims), strict=True)
+    one = ", ".join(f"{dim}={place}" for dim, place in first)
+    raise InputError(f"{what} is of one member of a sweep: take one, such as ds.isel({one}).inertia")
+
+
+def _must_have_result(dataset: xr.Dataset) -> None:
+    """AbsentError for a member of a sweep that has no records, with the reason."""
+    alone = "failure" in dataset.coords and not swept(dataset)
+    if alone and not dataset["inertia_tensor"].notnull().any():
         why = dataset["failure"].item()
         raise AbsentError(f"this member of the sweep has no result{f': {why}' if why else '.'}")
 
@@ -91,7 +97,7 @@ def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
 
     Arguments that are DataArrays may differ from member to member, and are matched by labels where they have some.
     Members without records, and times after a member's end, are NaN. SceneError where there are no times, ValueError
-    where no member has records.
+    where no member has records, AbsentError for one by itself that has none.
     """
 
     @wraps(method)
@@ -99,6 +105,7 @@ def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
         data, dims = accessor.dataset, swept(accessor.dataset)
         must_have_times(data)
         if not dims:
+            _must_have_result(data)
             return method(accessor, *arguments, **options)
         arguments = tuple(_arranged(value, data, dims) for value in arguments)
         options = {name: _arranged(value, data, dims) for name, value in options.items()}

@@ -85,6 +85,8 @@ def test_pictures_are_of_one_member(sweep):
     noted = sweep.assign_coords(failure=("member", ["", "", "", "the body sheds mass."]))
     with pytest.raises(AbsentError, match=r"this member of the sweep has no result: the body sheds mass\.$"):
         noted.isel(member=3).inertia.plot_inertia()
+    with pytest.raises(AbsentError, match=r"has no result: the body sheds mass\.$"):
+        noted.isel(member=3).inertia.spin_rate()
     assert sweep.inertia.snapshots is None
     with pytest.raises(ValueError, match="no member of this sweep has records"):
         sweep.isel(member=[3]).inertia.spin_rate()

@@ -75,6 +75,8 @@ def test_particles_of_runs_that_were_put_together_are_never_those_of_another(run
     assert both.isel(run=1).inertia.snapshots is None
     with pytest.raises(AbsentError, match="no snapshots"):
         both.isel(run=1).inertia.plot_density()
+    both.to_netcdf(tmp_path / "both.nc")
+    assert astroinertia.open(tmp_path / "both.nc").isel(run=0).inertia.snapshots is None  # that file has none
 
 
 @pytest.mark.parametrize(
