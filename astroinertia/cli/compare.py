@@ -38,6 +38,8 @@ def report(options: Options) -> str:
 
     paths, skipped = _chosen([run for path in options.runs for run in _runs(path)], options, ladder.MOST_RUNS)
     runs = [(path, dataset.open(path)) for path in paths]
+    for path, data in runs:
+        result.must_be_of_one_run(path, data, "compare")
     with result.shown(*paths):
         runs.sort(key=lambda run: ladder.fineness(run[1]))
         opened = [data for _, data in runs]

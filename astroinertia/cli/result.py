@@ -38,11 +38,24 @@ def of_one_run(path: Path, number: int | None, command: str) -> "tuple[Path, xr.
     elif number is not None:
         raise SceneError(f"--member is for the result of a sweep, and {path} is that of one run.")
     data = opened(path)
+    must_be_of_one_run(path, data, command)
+    return path, data
+
+
+def must_be_of_one_run(path: Path, data: "xr.Dataset", command: str) -> None:
+    """SceneError for a file of several runs: of a sweep, or put together in xarray."""
+    from astroinertia.dataset.by_member import swept
+
     if "sweep" in data.attrs:
         raise SceneError(
-            f"{path} is of a sweep, and `{command}` takes one run: give the sweep's folder and --member N."
+            f"{path} is of a sweep, and `{command}` takes one run: give the folder of a member, such as member-0000 "
+            "beside the sweep's own file."
         )
-    return path, data
+    if "inertia_tensor" in data and (dims := swept(data)):
+        raise SceneError(
+            f"{path} holds several runs along {', '.join(dims)}, and `{command}` takes one: write each to a file of "
+            f"its own, such as ds.isel({dims[0]}=0).to_netcdf(...)."
+        )
 
 
 def folder_of_sweep(path: Path) -> Path | None:

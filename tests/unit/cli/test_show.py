@@ -5,7 +5,9 @@ import sys
 from contextlib import contextmanager
 
 import pytest
+import xarray as xr
 
+import astroinertia
 from astroinertia.cli import show
 from astroinertia.cli.main import main
 from astroinertia.plots import pictures
@@ -92,3 +94,20 @@ def test_options_of_pictures_are_not_for_a_whole_sweep(options, tmp_path, capsys
     assert main(["show", "two", *options]) == 2
     assert "--only and --output are of the pictures of one run: add --member N" in capsys.readouterr().err
     assert not (tmp_path / "pictures").exists()
+
+
+@pytest.mark.parametrize("command", [["show"], ["report"], ["compare", "{run}"]])
+def test_a_file_of_several_runs_is_refused_in_a_sentence(command, run, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    one = astroinertia.open(run)
+    xr.concat([one, one], "mass_of_star").to_netcdf(tmp_path / "both.nc")
+    xr.concat([one, one], "member").assign_attrs(sweep="list").to_netcdf(tmp_path / "sweep.nc")
+    words = [word.format(run=run) for word in command]
+    assert main([*words, "both.nc"]) == 2
+    said = capsys.readouterr().err
+    assert f"both.nc holds several runs along mass_of_star, and `{command[0]}` takes one: write each to a file" in said
+    assert main([*words, "sweep.nc"]) == 2
+    assert f"sweep.nc is of a sweep, and `{command[0]}` takes one run: give the folder of a member" in (
+        capsys.readouterr().err
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["both.nc", "sweep.nc"]
