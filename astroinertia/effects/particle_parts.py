@@ -137,7 +137,10 @@ class ParticleParts:
         return None
 
     def history(self, xp: Any, fluid: Any) -> Any | None:
-        """The same with the whole body as it is now, once a step; with individual steps, once in the longest."""
+        """The same with the whole body as it is now, once a step; with individual steps, once in the longest.
+
+        Its velocities are those that the step ends with, and no predicted ones.
+        """
         return None
 
     def recorded(self, state: Any) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from astroinertia.effects.measure import Found, Measure, Options, lit, within_al
 from astroinertia.units import LIGHT, positive
 
 PERIODS = 2.0  # of the waves, that their frequency is averaged over
-UNSEEN = 3.0  # steps before the first third derivative
+UNSEEN = 2.0  # steps before the first third derivative
 FASTEST = 2.0  # factor of omega^4 in that time: an inspiral's; what changes faster, as in a collapse, has no frequency
 
 
@@ -115,7 +115,7 @@ class RadiationReaction(Effect):
         second = (first - waves.first) / step
         third = (second - waves.second) / (0.5 * (step + waves.last))
         squares = xp.sum(waves.first**2), xp.sum(third**2)  # of one time: the third derivative is that of a step ago
-        # Two differences need three steps. The velocities of the first are not predicted, as those of all others are.
+        # Two differences need three steps.
         enough = waves.steps >= UNSEEN
         period = 2.0 * math.pi / xp.maximum(waves.frequency_to_the_fourth(xp), 1e-300) ** 0.25
         # At first the mean is that of all there is.

@@ -198,7 +198,7 @@ def closed(block: BlockStep, rates: Rates) -> State:
         time=np.float64(block.begun + block.clock.base),
         step=state.step + 1,
         rates=replace(rates, fluid=fluid),
-        points=points.with_histories(block.xp, block.problem.effects, fluid),
+        points=points.with_histories(block.xp, block.problem.effects, replace(fluid, velocity=state.velocity)),
     )
 
 

@@ -19,7 +19,7 @@ from astroinertia.ledger.moments import after_heating
 from astroinertia.models.sph import points
 from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.heat import Exchange, compression, entropy_gain, exchange_of
-from astroinertia.models.sph.kick_drift import predicted
+from astroinertia.models.sph.kick_drift import change_by_rates, predicted
 from astroinertia.models.sph.limits import shortest, timestep_limits, total_acceleration
 from astroinertia.models.sph.state import Arrangement, Problem, Rates, State, rows
 from astroinertia.sph.density import Density, density, own_share
@@ -74,13 +74,17 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     if not first and "pressure" in problem.effect_names:
         gained = compression(problem, eos, state.mass, state.entropy, before.density, solved.density)
         ledger = after_heating(ledger, gained)
+    beside = state.points
+    if beside:  # what is known of the whole body is that of the velocities that the closing kick makes
+        ending = change_by_rates(xp, replace(state, rates=rates), dt / 2).after
+        beside = points.with_histories(xp, problem.effects, replace(fluid, velocity=ending))
     return replace(
         state,
         smoothing_length=solved.smoothing_length,
         memory=fluid.memory,
         ledger=ledger,
         rates=replace(rates, timestep=shortest(xp, timestep_limits(problem, rates).values())),
-        points=points.with_histories(xp, problem.effects, fluid),
+        points=beside,
     )
 
 
