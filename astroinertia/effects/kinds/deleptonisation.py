@@ -100,22 +100,23 @@ def of_neutrinos(xp, density, potential, neutrinos, trapping, outside):
 
 
 def captured(
-    xp, density, density_before, lost, freed, potential_before, potential, taken, owed, rate, interval, escape,
-    neutrinos, trapping, outside,
+    xp, density, density_before, lost, freed, potential_before, potential, taken, owed, rate, interval, settling,
+    escape, neutrinos, trapping, outside,
 ):  # fmt: skip
     """The neutrinos' energy, the heat that is owed and the rate that it is given at, after `interval`.
 
     lost: electrons, of which `freed` is the energy; *_before: at its beginning. Half a step each is given at its
-    beginning and its end.
+    beginning, by the rate of the step before, and at its end. With rates of single steps that adds up however steps
+    differ in length, but for what the rates change meanwhile, which is settled at the rate `settling`.
     """
     heat = xp.where(density < trapping, xp.maximum(freed - escape * lost, 0.0), 0.0)
     push = trapped_pressure(xp, density_before, potential_before, neutrinos, trapping, outside)
     push = push + trapped_pressure(xp, density, potential, neutrinos, trapping, outside)
     squeezed = 0.5 * push * (1.0 / density_before - 1.0 / density)
-    owed = owed - 0.5 * rate * interval + heat
-    given = xp.where(interval > 0.0, xp.maximum(owed, 0.0), 0.0)
-    rate = given / xp.where(interval > 0.0, interval, 1.0)
-    return taken + freed - heat + squeezed, owed - 0.5 * given, rate
+    owed = owed - 0.5 * rate * interval
+    now = heat / xp.where(interval > 0.0, interval, 1.0) + settling * owed
+    rate = xp.where(interval > 0.0, xp.maximum(now, 0.0), rate)
+    return taken + freed - heat + squeezed, owed + heat - 0.5 * rate * interval, rate
 
 
 def held(xp, mass, further, taken, owed):
@@ -250,7 +251,8 @@ class Deleptonisation(Effect):
         names = ("neutrino_energy", "capture_heat", "capture_rate")
         evolved = elementwise(
             xp, captured, density, dense_before, before - after, freed, first[2], here[2],
-            *(memory[name] for name in names), interval + xp.zeros_like(density), self.escape, *trapped,
+            *(memory[name] for name in names), interval + xp.zeros_like(density),
+            fluid.sound_speed / fluid.smoothing_length, self.escape, *trapped,
         )  # fmt: skip
         return {
             "electron_fraction": after, **dict(zip(names, evolved, strict=True)), "capture_density": density,
