@@ -16,7 +16,9 @@ from astroinertia.units import CodeUnits
 if TYPE_CHECKING:
     from astroinertia.build.placing import Particles
 
-FIELDS = ("rotating_frame", "tide", "external_field")  # what would move a point mass as it moves particles
+# What would move a point mass as it moves particles; the waves besides are those of all masses, and jump where one of
+# them is taken from the fluid.
+FIELDS = ("rotating_frame", "tide", "external_field", "radiation_reaction")
 _OTHER_BODY = 2.0  # times as heavy or light: no uncertainty of a mass, or of G
 _COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
 

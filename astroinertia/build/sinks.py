@@ -41,14 +41,17 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
     refuse_fields(scene, "sinks")
     if "companions" in scene.effects and scene.effects["companions"]["motion"] == "orbit":
         raise SceneError('[effects.sinks] can be listed with companions only if their motion is "live".')
-    if heaviest is None:
-        return
-    support, (eta, _) = KERNELS[scene.numerics.kernel].support, smoothing(scene)
-    reach = support * eta * (heaviest / effect.density) ** (1.0 / 3.0)
+    length = next((each.fixed_length for each in effects if each.fixed_length is not None), None)
+    far = "with that softening of gravity"
+    if length is None:
+        if heaviest is None:
+            return
+        length, far = smoothing(scene)[0] * (heaviest / effect.density) ** (1.0 / 3.0), "at its density"
+    reach = KERNELS[scene.numerics.kernel].support * length
     if reach > effect.radius:
         raise SceneError(
             f"[effects.sinks] radius must be at least {reach / effect.radius:.3g} times as large: "
-            "kernels reach that far at its density."
+            f"kernels reach that far {far}."
         )
 
 

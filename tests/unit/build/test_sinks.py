@@ -29,6 +29,7 @@ MOON = '[[companions]]\nname = "moon"\nmass = 0.1\nsemi_major_axis = 8.0\n'
 LIVE = '[effects.companions]\nmotion = "live"\n' + MOON
 FRAME = "[effects.rotating_frame]\nrate = 0.1\n"
 TIDE = "[effects.tide]\nmass = 1.0\nposition = [9.0, 0.0, 0.0]\n"
+WAVES = "[effects.radiation_reaction]\nspeed_of_light = 10.0\n"
 FIELD = "[effects.external_field]\nuniform = [0.0, 0.0, 1.0]\n"
 
 
@@ -38,11 +39,13 @@ FIELD = "[effects.external_field]\nuniform = [0.0, 0.0, 1.0]\n"
         (SINKS + FRAME, "rotating_frame. acts on the fluid alone, so it cannot be listed with sinks"),
         (SINKS + TIDE, "tide. acts on the fluid alone, so it cannot be listed with sinks"),
         (SINKS + FIELD, "external_field. acts on the fluid alone, so it cannot be listed with sinks"),
+        (SINKS + WAVES, "radiation_reaction. acts on the fluid alone, so it cannot be listed with sinks"),
         (SINKS + '[numerics]\nengine = "xla"\n', "needs the engine numba_cpu"),
         (SINKS + "[effects.companions]\n" + MOON, 'only if their motion is "live"'),
         (SINKS.replace("0.6", "0.06"), "radius must be at least .* times as large"),
         (TIDE + LIVE, "tide. acts on the fluid alone, so it cannot be listed with live companions"),
         (FIELD + LIVE, "external_field. acts on the fluid alone, so it cannot be listed with live companions"),
+        (WAVES + LIVE, "radiation_reaction. acts on the fluid alone, so it cannot be listed with live companions"),
         (MOON, "companions.. act on particles by"),
         ("[effects.companions]\n", r"effects.companions. needs .*companions"),
     ],
@@ -60,3 +63,14 @@ def test_what_a_run_would_refuse_is_refused_before_it_in_the_same_words(further:
 @pytest.mark.parametrize("further", [SINKS, LIVE, SINKS + LIVE])
 def test_what_can_be_is_not(further: str) -> None:
     refuse_contradictions(loads(CLOUD + further))
+
+
+def test_kernels_of_a_fixed_softening_reach_as_far_as_it_says_at_any_density() -> None:
+    """At 0.2 no sink ever formed, and at 0.1 the radius was refused for kernels that follow the density."""
+    cold = CLOUD.replace("[effects.pressure]\n", "") + SINKS
+    with pytest.raises(SceneError, match=r"at least 1\.33 times as large: .* with that softening of gravity"):
+        refuse_contradictions(loads(cold, ["effects.gravity.softening=0.4"]))
+    loose = ["effects.gravity.softening=0.2", "effects.sinks.density=0.5"]
+    refuse_contradictions(loads(cold, loose))
+    with pytest.raises(SceneError, match="at its density"):
+        refuse_contradictions(loads(cold, loose[1:]))
