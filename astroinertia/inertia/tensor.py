@@ -388,6 +388,7 @@ def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Ar
     xp = namespace(inertia, axis)
     axis = xp.asarray(axis)
     moment = moment_about(inertia, axis)
+    axis = axis / abs(axis).max(-1, keepdims=True)  # whose square may overflow
     along = axis[..., :, None] * axis[..., None, :] / (axis**2).sum(-1)[..., None, None]
     ring = 0.5 * moment[..., None, None] * (xp.eye(3, dtype=along.dtype) + along)
     return radius_of_gyration(moment, mass), ring

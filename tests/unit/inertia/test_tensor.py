@@ -186,6 +186,17 @@ def test_the_ring_with_the_moment_of_a_sphere():
     np.testing.assert_allclose(ring, 4.8 * np.diag([0.5, 0.5, 1.0]), rtol=1e-15)
 
 
+@pytest.mark.parametrize("length", [1e-200, 1e200, 2**31])  # the last of whole numbers
+def test_the_axis_of_a_ring_may_have_any_length(length):
+    direction = np.array([1, 2, 2])
+    inertia = np.diag([1.0, 2.0, 2.5])
+    radius, ring = tensor.equivalent_ring(inertia, 3.0, direction * length)
+    moment = tensor.moment_about(inertia, direction)
+    across = np.outer(direction, direction) / 9
+    np.testing.assert_allclose(ring, 0.5 * moment * (np.eye(3) + across), rtol=1e-15)
+    assert radius == pytest.approx(np.sqrt(moment / 3.0), rel=1e-15)
+
+
 def test_invariants_are_those_of_the_moments():
     axes = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
     found = tensor.invariants(axes @ np.diag([1.0, 2.0, 2.5]) @ axes.T)
