@@ -58,8 +58,8 @@ def rotational_energy(
 ) -> Array:
     """Energy of a rigid rotation, (...,), from two of I, omega and L: omega.I.omega / 2, omega.L / 2 or L.I^-1.L / 2.
 
-    All about the same point, the centre of mass or one at rest. ValueError unless two are given. Where I has no
-    inverse, the form without omega is NaN. Source: section 5.3.
+    I (..., 3, 3), omega and L (..., 3), all about the same point, the centre of mass or one at rest. ValueError unless
+    two are given. Where I has no inverse, the form without omega is NaN. Source: section 5.3.
 
     >>> print(rotational_energy(np.diag([1.0, 2.0, 4.0]), np.array([0.0, 0.0, 3.0])))  # I w^2 / 2
     18.0

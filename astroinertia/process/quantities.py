@@ -58,6 +58,8 @@ _OF_SHAPES = re.compile(
     r"|values to unpack|tuple index out of range|too many indices|truth value of an array",
     re.IGNORECASE,
 )
+# How docstrings state vectors and tensors: (3,), (N, 3), (..., 3, 3).
+_OF_VECTORS = re.compile(r"\(3,|, 3[,)]")
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
 _COMPONENTS = ("principal", "i", "j")  # dimensions of vectors and tensors in datasets, in their order there
 _AXES = ("x", "y", "z")  # labels of i and j, in their order
@@ -130,6 +132,7 @@ class _Arguments:
         scale = self.signature.parameters.get("scale")  # passed on to the scaling of a figure: mass, mean radius, G
         self.scales = scale is not None and scale.kind is scale.VAR_KEYWORD
         self.counts = {name for name, parameter in parameters if parameter.annotation is int}
+        self.of_vectors = bool(_OF_VECTORS.search((inspect.getdoc(function) or "").partition(">>>")[0]))
 
     def in_si(self, args: Any, options: Any) -> tuple[Any, Any]:
         """The arguments as numbers; SceneError names one that cannot be."""
@@ -147,7 +150,9 @@ class _Arguments:
             bound.arguments[name] = self._number(name, value, units)
         with_unit = [name for name, value in before.items() if bound.arguments[name] is not value]
         for name, value in bound.arguments.items():
-            bound.arguments[name] = self._real(name, value if name in self.labelled else _without_labels(value))
+            if name not in self.labelled and _is_series(value) and (self.of_vectors or _is_by_place(value)):
+                value = value.values[()]
+            bound.arguments[name] = self._real(name, value)
         gravity = self.signature.parameters.get("gravitational_constant")
         if with_unit and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
             self._refuse_ones(before, with_unit[0])
@@ -276,10 +281,7 @@ def _needs_a_look(value: Any) -> bool:
     if made is np.ndarray:
         return value.dtype.kind != "f"
     return (
-        isinstance(value, _LOOKED_AT)
-        or _dtype_kind(value) in ("i", "u")
-        or _may_have_unit(value)
-        or _has_components(value)
+        isinstance(value, _LOOKED_AT) or _dtype_kind(value) in ("i", "u") or _may_have_unit(value) or _is_series(value)
     )
 
 
@@ -350,9 +352,9 @@ def _must_go_together(series: Mapping[str, Any]) -> None:
                 raise InputError(f"{one} and {other} have different values of {dim}; choose those that both have.")
 
 
-def _without_labels(value: Any) -> Any:
-    """Series of vectors and tensors as arrays, as labelled products sum over what has one name; one value as it is."""
-    return value.values[()] if _is_series(value) and (not value.ndim or _has_components(value)) else value
+def _is_by_place(series: Any) -> bool:
+    """Whether a series is one value, or of vectors or tensors: labelled products sum over what has one name in both."""
+    return not series.ndim or _has_components(series)
 
 
 def _is_quantity(made: type) -> bool:

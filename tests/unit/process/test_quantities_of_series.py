@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from astroinertia.inertia import realise, spin, tensor
+from astroinertia.inertia import realise, rolling, spin, tensor
 from astroinertia.inertia.principal import principal_moments
 from astroinertia.process.quantities import InputError
+from astroinertia.rotation import attitude
 
 
 @pytest.mark.parametrize("unit", ["kg m2", "g cm2"])
@@ -52,3 +53,31 @@ def test_one_value_of_a_dataset_is_a_number_to_functions_of_arrays() -> None:
     found, plain = (realise.point_masses(*given) for given in ((inertia, mass), (inertia.values, 2.0)))
     for one, other in zip(found, plain, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-15)
+
+
+@pytest.mark.parametrize("dims", [("time", "row", "column"), ("dim_0", "dim_1", "dim_2")])
+def test_series_of_tensors_go_by_place_where_their_dimensions_have_names_of_their_own(dims: tuple[str, ...]) -> None:
+    """Products of labelled arrays sum over all dimensions of one name, which are here those of both factors."""
+    turns = np.array([np.eye(3), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    tensors = np.array([np.diag([1.0, 2, 3]) + 0.1, np.diag([2.0, 3, 5]) - 0.2])
+    vectors = np.array([[1.0, 2, 3], [3.0, 1, 2]])
+    inertia, axes = (xr.DataArray(values, dims=dims) for values in (tensors, turns))
+    rates = xr.DataArray(vectors, dims=dims[:2])
+    calls = {
+        tensor.rotated: ((inertia, axes), (tensors, turns)),
+        tensor.moment_about: ((inertia, rates), (tensors, vectors)),
+        spin.angular_velocity: ((inertia, rates), (tensors, vectors)),
+        spin.rotational_energy: ((inertia, rates), (tensors, vectors)),
+        spin.bearing_torque: ((tensors, rates), (tensors, vectors)),
+        attitude.attitude_rate: ((axes, rates), (turns, vectors)),
+        attitude.euler_angles: ((axes,), (turns,)),
+    }
+    for function, (series, plain) in calls.items():
+        np.testing.assert_array_equal(function(*series), function(*plain), err_msg=function.__name__)
+
+
+def test_series_of_numbers_keep_their_labels() -> None:
+    rates = xr.DataArray([100.0, 200.0], {"time": [0.0, 1.0]}, "time")
+    assert rolling.spinning_disc_stress(7800.0, 0.5, rates).dims == ("time",)
+    with pytest.raises(InputError, match="radius and rate have different values of time"):
+        rolling.spinning_disc_stress(7800.0, rates.assign_coords(time=[1.0, 2.0]), rates)
