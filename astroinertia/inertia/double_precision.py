@@ -17,7 +17,8 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
     Called within jax.enable_x64(True), the function is an ordinary one of JAX: arrays of JAX come back, and vmap and
     grad apply. Called outside, it gives numpy arrays, lest the next operation silently round them to 32 bits; a batch
     or a gradient taken outside would have been rounded already and is a ValueError. Static arguments that a caller
-    leaves out take their defaults. Checked by tests/unit/bodies/test_layered.py.
+    leaves out take their defaults. Series of xarray, of which JAX knows nothing, are arrays to it. Checked by
+    tests/unit/bodies/test_layered.py.
 
     >>> print(f"{double_precision()(jax.numpy.sqrt)(2.0):.15f}")
     1.414213562373095
@@ -28,6 +29,7 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
 
         @functools.wraps(function)
         def called(*args: Any, **kwargs: Any) -> Any:
+            args, kwargs = jax.tree.map(_without_labels, (args, kwargs))
             if jax.config.jax_enable_x64:  # type: ignore[attr-defined]
                 return compiled(*args, **kwargs)
             if not all(is_known(leaf) for leaf in jax.tree.leaves((args, kwargs))):
@@ -38,3 +40,7 @@ def double_precision(*static: str) -> Callable[[Callable], Callable]:
         return called
 
     return decorate
+
+
+def _without_labels(leaf: Any) -> Any:
+    return leaf.values if hasattr(type(leaf), "dims") else leaf

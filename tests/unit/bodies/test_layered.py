@@ -6,10 +6,13 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 
 from astroinertia.bodies.earth import prem, prem_layer_names
 from astroinertia.bodies.layered import constant_layers, linear_layers, polynomial_layers, tabulated_layers
+from astroinertia.matter import planetary
+from astroinertia.matter.planetary import IRON_HCP
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "layered.json").read_text())
 PREM = next(entry for entry in REFERENCE if entry["name"] == "PREM")["value"]
@@ -108,6 +111,18 @@ def test_results_are_64_bit_with_and_without_the_switch():
         assert isinstance(body.mass, jax.Array) and body.mass.dtype == np.float64
     with pytest.raises(ValueError, match=r"within jax\.enable_x64"):
         jax.grad(lambda rho: constant_layers([0.5, 1.0], jax.numpy.stack([rho, 1.0])).moment_ratio)(2.0)
+
+
+@pytest.mark.parametrize("switch", [False, True])
+def test_series_of_xarray_are_arrays_to_functions_of_jax(switch):
+    body, radii = GALLERY["linear"], np.array([[0.1, 0.2], [0.3, 0.9]])
+    series = xr.DataArray(radii, dims=("time", "shell"))
+    with jax.enable_x64(switch):
+        for of_radius in (body.density, body.gravity, body.pressure, body.enclosed_mass):
+            np.testing.assert_array_equal(of_radius(series), of_radius(radii))
+        dense = 9000.0 * (1.0 + radii)
+        of_dense = xr.DataArray(dense, dims=("time", "shell"), attrs={"units": "kg m-3"})
+        np.testing.assert_array_equal(planetary.pressure(IRON_HCP, of_dense), planetary.pressure(IRON_HCP, dense))
 
 
 @pytest.mark.parametrize(
