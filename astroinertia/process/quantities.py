@@ -61,6 +61,7 @@ _OF_SHAPES = re.compile(
 # How docstrings state vectors and tensors: (3,), (N, 3), (..., 3, 3).
 _OF_VECTORS = re.compile(r"\(3,|, 3[,)]")
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
+_OTHER_PRECISION = (np.float16, np.float32, np.longdouble)
 _COMPONENTS = ("principal", "i", "j")  # dimensions of vectors and tensors in datasets, in their order there
 _AXES = ("x", "y", "z")  # labels of i and j, in their order
 _MECHANICAL = {"kg", "m", "s", "rad"}
@@ -219,6 +220,8 @@ class _Arguments:
 
     def _real(self, name: str, value: Any) -> Any:
         """The value, a list of numbers as an array where one is meant; InputError where a quantity cannot be so."""
+        if name in self.numbers and _is_one_float(value):
+            return float(value)  # a number in single precision would round what it is multiplied with
         if isinstance(value, list | tuple) and (name in self.arrays or _is_physical(name)):
             try:
                 array = np.asarray(value)
@@ -254,6 +257,12 @@ class _Arguments:
             raise InputError(f"{name}: {error}") from None
 
 
+def _is_one_float(value: Any) -> bool:
+    """Whether it is a number of another precision than float64, or one in an array without dimensions."""
+    made = type(value)
+    return made in _OTHER_PRECISION or (made is np.ndarray and not value.ndim and value.dtype.kind == "f")
+
+
 def _may_be_array(parameter: inspect.Parameter) -> bool:
     return parameter.annotation in (Any, Any | None)
 
@@ -279,9 +288,13 @@ def _needs_a_look(value: Any) -> bool:
     if made is int:
         return abs(value) > _EXACT
     if made is np.ndarray:
-        return value.dtype.kind != "f"
+        return value.dtype.kind != "f" or not value.ndim
     return (
-        isinstance(value, _LOOKED_AT) or _dtype_kind(value) in ("i", "u") or _may_have_unit(value) or _is_series(value)
+        isinstance(value, _LOOKED_AT)
+        or made in _OTHER_PRECISION
+        or _dtype_kind(value) in ("i", "u")
+        or _may_have_unit(value)
+        or _is_series(value)
     )
 
 

@@ -513,9 +513,16 @@ def test_masses_in_single_precision_have_moments_in_si() -> None:
     assert sample(1.0, years=np.float32(1e30) * u.Gyr)[2] == pytest.approx(1e39, rel=1e-6)
 
 
-@pytest.mark.parametrize("call", [lane_emden, polytropic_limit])
+@pytest.mark.parametrize("call", [lane_emden, polytropic_limit, polytropic_matter])
 def test_an_index_in_an_array_of_one_is_a_number(call: Any) -> None:
     assert call(np.array(1.5)) is call(1.5)
+
+
+@pytest.mark.parametrize("call", [maclaurin.from_angular_momentum, maclaurin.from_angular_velocity])
+def test_a_number_in_single_precision_is_as_good_as_one_in_double(call: Any) -> None:
+    """Beside one in single precision, NumPy computes in that: the ends of the search were beyond its range."""
+    for number in (np.float32(0.25), np.array(0.25, "f4"), xr.DataArray(np.float32(0.25))):
+        np.testing.assert_array_equal(call(number).axes, call(0.25).axes)
 
 
 def test_radii_until_which_something_holds_are_lengths_and_rates_over_the_mean_motion_numbers() -> None:
