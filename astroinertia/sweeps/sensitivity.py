@@ -110,11 +110,13 @@ def sensitivity(data: xr.Dataset) -> xr.Dataset:
 def value_of(tables: dict[str, Any], key: str) -> Any:
     """What the tables of a scene set a key to; SceneError where they do not.
 
-    >>> print(value_of({"body": {"mass": "1 Msun"}}, "body.mass"))
+    >>> print(value_of({"companions": [{"mass": "1 Msun"}]}, "companions.0.mass"))
     1 Msun
     """
     here: Any = tables
     for part in key.split("."):
+        if isinstance(here, list):  # its entries are numbered, as --set has them
+            here = {str(number): item for number, item in enumerate(here)}
         if not isinstance(here, dict) or part not in here:
             raise SceneError(f"'{shown(key)}' is not set in the scene; set it, so that it can be moved.")
         here = here[part]

@@ -111,7 +111,7 @@ GAS = {
 CASES = {
     "top": (TOP, ("body.rotation.period", "body.mass", "body.radius", "body.rotation.wobble")),
     "asteroid": (ASTEROID, ("body.rotation.period", "effects.internal_dissipation.time_scale")),
-    "moon": (MOON, ("body.rotation.period", "body.mass")),
+    "moon": (MOON, ("body.rotation.period", "body.mass", "companions.0.mass")),
     "star": (STAR, ("body.rotation.period", "equation_of_state.gamma", "body.mass", "body.pressure_fraction")),
     "gas of the star": (STAR, ("equation_of_state.gamma",)),
     "core": (CORE, ("body.rotation.period", "body.radius")),
@@ -134,7 +134,7 @@ FULL = [pytest.param(name, marks=pytest.mark.full) for name in CASES if name != 
 
 @pytest.mark.parametrize("name", [*FULL, "core"])
 def test_gradients_are_those_of_differences_of_runs(name, tmp_path):
-    """Twenty-three keys of nine scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
+    """Twenty-four keys of nine scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
     tables, by = CASES[name]
     run = members(scene(tables), by)
     ours = sensitivity(run)
@@ -181,6 +181,13 @@ def test_members_of_which_some_have_waves_too_faint_for_a_spectrum_have_a_gradie
     assert "frequency" not in members(scene, ["body.radius"]).sizes
     answer = astroinertia.gradient(scene, of="inertia_tensor.zz", by=["body.radius"])
     assert answer.gradient.values[0] * 1500 == pytest.approx(2.0 * answer.value.values, rel=1e-9)
+
+
+def test_a_torque_answers_to_the_mass_of_one_of_the_companions():
+    """It is proportional to that."""
+    aside = {**MOON, "companions": [{**MOON["companions"][0], "mean_anomaly": "1 rad"}]}
+    answer = astroinertia.gradient(aside, of="torque gravity_gradient z@0 s", by=["companions.0.mass"])
+    assert float(answer.gradient[0]) * 3e12 == pytest.approx(float(answer.value), rel=1e-8)
 
 
 @pytest.mark.full

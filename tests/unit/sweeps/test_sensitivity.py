@@ -91,6 +91,7 @@ def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
         (["body.spin"], 0.01, "'body.spin' is not set in the scene"),
         (["name"], 0.01, "'name' must go between two numbers or two quantities"),
         (["body.change.times"], 0.01, "'body.change.times' must"),
+        (["body.change.times.9"], 0.01, "'body.change.times.9' is not set in the scene"),
         ([], 0.01, "needs keys of the scene"),
         (["body.mass", "body.mass"], 0.01, "each once"),
         (["body.mass"], 0.0, "the step must be above 0"),
@@ -100,6 +101,13 @@ def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
 def test_what_tells_nothing_is_refused(by, step, sentence):
     with pytest.raises(SceneError, match=sentence):
         sensitivity_sweep(CORE, by, step)
+
+
+def test_entries_of_lists_are_moved_by_their_number():
+    """As --set has them: the Moon is the second companion of the Earth."""
+    sweep = sensitivity_sweep(SIMS / "earth_precession.toml", ["companions.1.mass"])
+    masses = [[companion.mass for companion in sweep.scene(number).companions] for number in (0, 1)]
+    assert [now / first for now, first in zip(masses[1], masses[0], strict=True)] == pytest.approx([1.0, 0.99])
 
 
 def test_a_key_that_is_zero_is_refused():
