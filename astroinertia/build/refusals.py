@@ -15,8 +15,10 @@ from astroinertia.build.spin import rotation_amount
 from astroinertia.errors import SceneError
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.fluids import FROM_BODY
+from astroinertia.scene.plan import smoothing, softening
 from astroinertia.scene.scales import code_units
 from astroinertia.scene.schema import Scene
+from astroinertia.sph.density import mass_around
 from astroinertia.sph.table import read_body
 from astroinertia.units import CodeUnits
 
@@ -31,8 +33,8 @@ def refuse_impossible(scene: Scene) -> None:
     """SceneError for what cannot be.
 
     It is a star beyond its limits, a body that turns faster than break-up, a gas without its heat, matter that does not
-    fit its file or all bodies, electrons that would be lost twice, spheres about the middle of several bodies, error
-    bars of a closed form, or a companion that begins or comes within a rigid body.
+    fit its file or all bodies, particles that are too few, electrons that would be lost twice, spheres about the middle
+    of several bodies, error bars of a closed form, or a companion that begins or comes within a rigid body.
     """
     _refuse_lost_twice(scene)
     if scene.bodies and "relativistic_potential" in scene.effects:
@@ -61,17 +63,36 @@ def refuse_impossible(scene: Scene) -> None:
                 _refuse_without_heat(alone)
             elif body.placing == "placing.of_sphere" and not hasattr(body, "file"):  # which may have its own heat
                 refuse_without_equilibrium(alone)
-    if scene.model == "sph" and scene.equation_of_state is not None:
-        _refuse_matter(scene, units)
+    if scene.model == "sph":
+        _refuse_few(scene)
+        if scene.equation_of_state is not None:
+            _refuse_matter(scene, units)
+
+
+def _refuse_few(scene: Scene) -> None:
+    """Of particles whose masses are known, which may be too few to have smoothing lengths that follow the density."""
+    bodies: Any = scene.bodies or (scene.body,)
+    if softening(scene) is not None or scene.wants_choice or not all(body.structure for body in bodies):
+        return
+    (eta, _), heaviest = smoothing(scene), max(body.mass / body.particles for body in bodies)
+    needed, there = mass_around(scene.numerics.kernel, eta), sum(body.mass for body in bodies) / heaviest
+    if not there > needed:
+        raise SceneError(
+            f"particles are too few: with eta = {eta:.3g} there must be more than {needed:.1f} times the mass of the "
+            f"heaviest, not {there:.1f} times, for all to have a smoothing length; take more, or a smaller [numerics] "
+            "eta."
+        )
 
 
 def _refuse_matter(scene: Scene, units: CodeUnits) -> None:
     """Of materials, by their files; of others, by their constants, of which all bodies have the same."""
     fluid: Any = scene.equation_of_state
     if fluid.kind == "materials":
-        first, *_ = [equation(material, scene.origin) for material in fluid.materials]
-        least = units.to_code(first.densities[0], "density")
+        made_of = {material.name: equation(material, scene.origin) for material in fluid.materials}
+        least = units.to_code(made_of[fluid.materials[0].name].densities[0], "density")
         for alone in scene.alone():
+            for layer in getattr(alone.body, "layers", ()):
+                _refuse_hot(scene, layer, made_of[layer.material].greatest_energy)
             refuse_thin(alone, units, None if alone.body.composite else sphere(alone, units), least)
     if fluid.made_by:
         return
@@ -81,6 +102,16 @@ def _refuse_matter(scene: Scene, units: CodeUnits) -> None:
         from astroinertia.build.combine import check_same_fluid  # only here: it imports the engines' pytrees
 
         check_same_fluid(made)
+
+
+def _refuse_hot(scene: Scene, layer: Any, greatest: float) -> None:
+    """Of a layer on an isentrope that the table of its material does not reach."""
+    if layer.isentrope > greatest:
+        asked, most = (scene.shown(energy, "specific_energy", 4) for energy in (layer.isentrope, greatest))
+        raise SceneError(
+            f"[body] the layer of {layer.material} has an isentrope of {asked}, and those of its material reach to "
+            f"{most}."
+        )
 
 
 def _refuse_within(scene: Scene, units: CodeUnits) -> None:

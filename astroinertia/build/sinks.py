@@ -11,7 +11,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
-from astroinertia.sph.table import MAX_PARTICLES
+from astroinertia.sph.table import MAX_PARTICLES, read_body
 from astroinertia.units import CodeUnits
 
 
@@ -59,9 +59,16 @@ def refuse_before_particles(scene: Scene, units: CodeUnits, effects: Sequence[An
     """The same, as far as it is known before there are particles: those of a sphere or star have one mass."""
     if _effect(effects) is None:
         return
-    bodies: Any = [alone.body for alone in scene.alone()]
-    known = [body for body in bodies if body.structure and body.mass is not None]
-    refuse(scene, effects, max((units.to_code(body.mass, "mass") / body.particles for body in known), default=None))
+    known = [mass for alone in scene.alone() if (mass := _heaviest(alone, units)) is not None]
+    refuse(scene, effects, max(known, default=None))
+
+
+def _heaviest(scene: Scene, units: CodeUnits) -> float | None:
+    """The mass of a body's heaviest particle, in code units; None where its class places them."""
+    body: Any = scene.body
+    if body.placing == "placing.of_table":
+        return float(read_body(body.path(scene), units, body.velocity_unit).mass.max())
+    return units.to_code(body.mass, "mass") / body.particles if body.structure else None
 
 
 def between(problem: Any) -> Any:

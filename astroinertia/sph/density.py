@@ -59,12 +59,17 @@ def own_share(xp: Any, kernel: str, eta: Any) -> Any:
     return xp.interp(neighbours, np.log(OWN_SHARE_NEIGHBOURS), np.asarray(KERNELS[kernel].own_share))
 
 
-def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: float) -> None:
-    """NumericalError where particles of masses (N,) and that rms distance cannot all have a smoothing length.
+def mass_around(kernel: str, eta: float) -> float:
+    """How many times its own mass there must be for a particle to have a smoothing length.
 
     However long it is, sum_j m_j w(r_ij/h_i) is below w(0) times all mass.
     """
-    needed = wanted(kernel, eta) / float(KERNELS[kernel].w(np, 0.0))
+    return wanted(kernel, eta) / float(KERNELS[kernel].w(np, 0.0))
+
+
+def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: float) -> None:
+    """NumericalError where particles of masses (N,) and that rms distance cannot all have a smoothing length."""
+    needed = mass_around(kernel, eta)
     heaviest = int(np.argmax(mass))
     if not mass.sum() > needed * mass[heaviest]:
         share = mass[heaviest] / mass.sum()

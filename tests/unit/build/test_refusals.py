@@ -7,8 +7,9 @@ import astroinertia
 from astroinertia.accuracy import choice
 from astroinertia.bodies.break_up import polytropic_limit
 from astroinertia.build import refusals
+from astroinertia.build.assemble import prepare
 from astroinertia.cli.main import main
-from astroinertia.errors import ArchiveError, SceneError
+from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.run import loop
 from astroinertia.scene.load import load_file, loads
 from tests.sims import SIMS
@@ -173,6 +174,35 @@ def test_matter_beyond_all_numbers_is_refused_in_words() -> None:
     text = SCENE.format(body=thin, units='units = "code"\n').replace('kind = "ideal"', steep)
     with pytest.raises(SceneError, match="in units of the body: its numbers lead beyond the largest that there are"):
         refusals.refuse_impossible(loads(text))
+
+
+@pytest.mark.parametrize(("particles", "enough"), [((64,), False), ((65,), True), ((40, 20), False), ((30, 40), True)])
+def test_particles_too_few_for_their_kernel_are_refused_exactly_where_a_run_would_fail(particles, enough) -> None:
+    """With eta = 3 a particle needs 64.6 times its own mass around it, of all bodies together."""
+    star = 'kind = "polytrope", index = 1.5, relax = false, radius = 1.0'
+    bodies = [
+        f"{{{star}, particles = {number}, mass = {number}.0, position = [{place}.0, 0.0, 0.0]}}"
+        for place, number in enumerate(particles)
+    ]
+    listed = f"bodies = [{', '.join(bodies)}]" if len(bodies) > 1 else f"body = {bodies[0]}"
+    matter = 'equation_of_state = {kind = "ideal"}\neffects = {gravity = {}, pressure = {}}\n'
+    few = loads(f'name = "few"\nunits = "code"\n{listed}\n{matter}numerics = {{eta = 3.0}}\ntime.end = 1.0\n')
+    if enough:
+        refusals.refuse_impossible(few)
+        prepare(few)
+    else:
+        with pytest.raises(SceneError, match=r"too few: with eta = 3 there must be more than 64\.6 times"):
+            refusals.refuse_impossible(few)
+        with pytest.raises(NumericalError, match="no smoothing length is long enough"):
+            prepare(few)
+
+
+def test_a_layer_hotter_than_the_table_of_its_material_is_refused() -> None:
+    planet = load_file(SIMS / "rocky_planet.toml", ["body.layers.1.isentrope=0.9e9 J/kg"])
+    refusals.refuse_impossible(planet)
+    hot = load_file(SIMS / "rocky_planet.toml", ["body.layers.1.isentrope=1.1e9 J/kg"])
+    with pytest.raises(SceneError, match=r"layer of rock has an isentrope of 1.1e\+09 .* reach to 1e\+09"):
+        refusals.refuse_impossible(hot)
 
 
 def test_a_share_of_the_energy_of_gravity_needs_gravity() -> None:

@@ -74,3 +74,15 @@ def test_kernels_of_a_fixed_softening_reach_as_far_as_it_says_at_any_density() -
     refuse_contradictions(loads(cold, loose))
     with pytest.raises(SceneError, match="at its density"):
         refuse_contradictions(loads(cold, loose[1:]))
+
+
+def test_particles_of_a_table_that_do_not_fit_into_a_sink_are_refused_before_a_run(tmp_path) -> None:
+    """The heaviest of them say how far kernels reach at the density of a sink."""
+    rows = "".join(f"{1.0 + 7.0 * (k == 5)},{k % 2},{k % 3},{k % 5},0.1\n" for k in range(30))
+    (tmp_path / "cloud.csv").write_text("mass,x,y,z,u\n" + rows)
+    body = CLOUD[CLOUD.index("kind") : CLOUD.index("[equation")]
+    table = CLOUD.replace(body, 'kind = "table"\nfile = "cloud.csv"\n') + SINKS
+    reach = 2.0 * 1.3 * (8.0 / 10.0) ** (1 / 3)
+    refuse_contradictions(loads(table, [f"effects.sinks.radius={1.001 * reach}"], str(tmp_path)))
+    with pytest.raises(SceneError, match="radius must be at least 1 times as large"):
+        refuse_contradictions(loads(table, [f"effects.sinks.radius={0.999 * reach}"], str(tmp_path)))
