@@ -58,8 +58,8 @@ def bar_history(
 ) -> BarHistory:
     """Return what a homogeneous ellipsoid does at each time, from F and dF/dt (..., 3, 3) of its sphere of mean_radius.
 
-    axis (3,): the line of sight, of any length. ValueError for arrays of another shape, or an axis of length 0.
-    Source: Chandrasekhar 1969.
+    axis (3,): the line of sight, of any length. ValueError for arrays of another shape or that are not finite, and for
+    an axis of length 0. Source: Chandrasekhar 1969.
 
     >>> from astroinertia.bodies.riemann import dedekind
     >>> figure = dedekind(0.6)
@@ -73,6 +73,8 @@ def bar_history(
     matrix, rate = np.asarray(deformation, float), np.asarray(deformation_rate, float)
     if matrix.shape[-2:] != (3, 3) or rate.shape != matrix.shape:
         raise ValueError(f"F and dF/dt are (..., 3, 3) each, not {matrix.shape} and {rate.shape}")
+    if not (np.isfinite(matrix).all() and np.isfinite(rate).all()):
+        raise ValueError("F and dF/dt must be finite")
     adjoint, adjoint_rate = np.swapaxes(matrix, -1, -2), np.swapaxes(rate, -1, -2)
     mixed, mixed_adjoint = matrix @ adjoint_rate, adjoint @ rate
     moment = mass * mean_radius**2 / 5

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from astroinertia.errors import NumericalError
-from astroinertia.process.positive import require_positive
+from astroinertia.process.positive import refuse_negative, require_positive
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.roots import bisected
 
@@ -235,20 +235,23 @@ class Polytrope:
 
     @with_quantities(r="m")
     def density(self, r) -> np.ndarray:
-        """Density at radius r, zero outside."""
+        """Density at radius r, zero outside; ValueError for a negative one."""
+        refuse_negative(r=r)
         r = np.asarray(r, dtype=float)
         theta = self.solution.theta_at(r * self.solution.xi_1 / self.radius)
         return np.where(r >= self.radius, 0.0, self.central_density * theta**self.index)
 
     @with_quantities(r="m")
     def pressure(self, r) -> np.ndarray:
-        """Pressure at radius r, zero outside."""
+        """Pressure at radius r, zero outside; ValueError for a negative one."""
+        refuse_negative(r=r)
         theta = self.solution.theta_at(np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius)
         return self.central_pressure * theta ** (self.index + 1)
 
     @with_quantities(r="m")
     def enclosed_mass(self, r) -> np.ndarray:
-        """Mass inside radius r."""
+        """Mass inside radius r; ValueError for a negative one."""
+        refuse_negative(r=r)
         xi = np.asarray(r, dtype=float) * self.solution.xi_1 / self.radius
         return self.mass * self.solution.mass_at(xi) / self.solution.surface_mass
 

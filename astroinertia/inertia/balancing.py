@@ -18,6 +18,7 @@ from scipy.spatial import KDTree
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.process.positive import refuse_negative
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -149,12 +150,13 @@ def permissible_unbalance(mass: Array, rate: Array, grade: float = 6.3) -> Array
 
     grade: G in mm/s, of the greatest service rate w in rad/s: 6.3 for fans, pumps and general machinery, 2.5 for gas
     turbines, 0.4 for spindles of grinders, 40 for a car's wheels. In two planes as far from the centre of mass each may
-    have half of it. Source: ISO 21940-11:2016 (before, ISO 1940-1:2003).
+    have half of it. ValueError for a negative mass or grade. Source: ISO 21940-11:2016 (before, ISO 1940-1:2003).
 
     >>> rate = 2 * np.pi * 3000 / 60  # a pump's rotor of 30 kg at 3000 revolutions a minute
     >>> print(f"{1e6 * permissible_unbalance(30.0, rate):.0f} g mm")
     602 g mm
     """
+    refuse_negative(**{name: value for name, value in {"mass": mass, "grade": grade}.items() if is_known(value)})
     return mass * (1e-3 * grade) / abs(rate)
 
 
@@ -162,12 +164,14 @@ def permissible_unbalance(mass: Array, rate: Array, grade: float = 6.3) -> Array
 def balance_grade(unbalance: Array, mass: Array, rate: Array) -> Array:
     """The balance quality grade G = w |U|/m in mm/s of a rotor, (...,), from its static unbalance U (..., 2) in kg m.
 
-    Source: as for `permissible_unbalance`, whose inverse it is.
+    ValueError for a negative mass. Source: as for `permissible_unbalance`, whose inverse it is.
 
     >>> print(f"{balance_grade(np.array([0.003, 0.004]), 30.0, 100.0):.2f}")  # e = |U|/m is a sixth of a millimetre
     16.67
     """
     xp = namespace(unbalance, mass, rate)
+    if is_known(mass):
+        refuse_negative(mass=mass)
     unbalance = xp.asarray(unbalance)
     return 1e3 * xp.hypot(unbalance[..., 0], unbalance[..., 1]) * abs(rate) / mass
 

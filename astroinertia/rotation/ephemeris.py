@@ -122,11 +122,16 @@ def ephemeris_of(
     """
     if not masses:
         raise ValueError("an ephemeris needs a companion")
-    if not end > start:
-        raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
-    place, speed = states(np.array([start]))
-    shortest = float(np.min(np.linalg.norm(place, axis=-1) / np.linalg.norm(speed, axis=-1)))
-    level = max(0, math.ceil(math.log2((end - start) / (_FIRST * shortest))))
+    if not start < end < math.inf:
+        raise ValueError(f"the ephemeris ends at {end:g}, which is no time after its start at {start:g}")
+    place, speed = (np.asarray(part, dtype=float) for part in states(np.array([start])))
+    shape = (1, len(masses), 3)
+    if place.shape != shape or speed.shape != shape:
+        raise ValueError(f"states of {shape[1]} companions at one time are {shape}, not {place.shape}, {speed.shape}")
+    distance, fast = np.linalg.norm(place, axis=-1), np.linalg.norm(speed, axis=-1)
+    if not (np.isfinite(distance) & np.isfinite(fast) & (distance > 0.0)).all():
+        raise ValueError("at its start all states must be finite, and no companion where the body is")
+    level = math.ceil(math.log2(max(1.0, float(np.max((end - start) * fast / distance)) / _FIRST)))
     fit = _adapted(_Known(states, start), end - start, tolerance, level)
     return _table(
         list(masses), np.array(list(masses.values())), start, end, start + fit.middle, fit.half_length,

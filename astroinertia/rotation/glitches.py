@@ -24,12 +24,16 @@ def glitch_size(superfluid_share: Array, lag_lost: Array, angular_velocity: Arra
     """Delta Omega/Omega of the crust when the superfluid, a share of the whole moment, gives up some of its lag.
 
     lag_lost is how much slower the superfluid then turns relative to the crust; L stays, so that
-    Delta Omega = (I_s/I) lag_lost. Source: Anderson & Itoh 1975, Nature 256, 25.
+    Delta Omega = (I_s/I) lag_lost. ValueError for a share that is not from 0 to 1. Source: Anderson & Itoh 1975, Nature
+    256, 25.
 
     >>> print(f"{glitch_size(0.01, 0.7e-2, 70.0):.0e}")  # dOmega / Omega
     1e-06
     """
-    return np.asarray(superfluid_share, dtype=float) * lag_lost / angular_velocity
+    share = np.asarray(superfluid_share, dtype=float)
+    if ((share < 0) | (share > 1)).any():
+        raise ValueError("a superfluid has a share of the whole moment from 0 to 1")
+    return share * lag_lost / angular_velocity
 
 
 @with_quantities(external_rate="rad/s2")

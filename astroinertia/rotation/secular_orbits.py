@@ -6,6 +6,7 @@ per cent and let them wander over 1e8 years, are left out. Source: Murray & Derm
 7. Tests: tests/unit/rotation/test_secular_orbits.py.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,14 +29,17 @@ class NodeModes(NamedTuple):
 def laplace_coefficient(s: float, j: int, ratio: float) -> float:
     """b_s^(j)(ratio) = (1/pi) int_0^(2 pi) cos(j psi)/(1 - 2 ratio cos psi + ratio^2)^s dpsi.
 
-    Relative error 1e-12 up to j = 100, 1e-10 up to 300. ValueError for a ratio outside 0 <= ratio < 1 and a j that
-    is no whole number. Source: Murray & Dermott 1999, (6.67) and (6.68), a hypergeometric function.
+    Relative error 1e-12 up to j = 100, 1e-10 up to 300. ValueError for a ratio outside 0 <= ratio < 1, an s that
+    is not finite and a j that is no whole number. Source: Murray & Dermott 1999, (6.67) and (6.68), a hypergeometric
+    function.
 
     >>> print(laplace_coefficient(0.5, 0, 0.0))  # 2, of a vanishing ratio
     2.0
     """
     if not 0 <= ratio < 1:
         raise ValueError("a ratio of semi-major axes is from 0 to below 1")
+    if not math.isfinite(s):
+        raise ValueError(f"the s of a Laplace coefficient must be a finite number, not {s!r}")
     if j % 1 != 0:
         raise ValueError(f"the j of a Laplace coefficient must be a whole number, not {j!r}")
     k = np.arange(abs(j))

@@ -96,5 +96,8 @@ def test_growth_is_measured_between_two_strengths():
 def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match=r"\(\.\.\., 3, 3\)"):
         bar_history(np.eye(2), np.eye(2))
+    for wrong in ((np.nan * np.eye(3), np.eye(3)), (np.eye(3), np.full((3, 3), np.inf))):
+        with pytest.raises(ValueError, match="F and dF/dt must be finite"):
+            bar_history(*wrong)
     with pytest.raises(ValueError, match="three finite numbers"):
         bar_history(np.eye(3), np.eye(3), axis=[0.0, 0.0, 0.0])

@@ -135,6 +135,9 @@ def test_what_is_no_number_stays_so_and_no_radius_encloses_more_than_all():
     for of in (star.density, star.enclosed_mass, star.radius_enclosing, star.pressure):
         found = of(np.array([np.nan, 1.0]))
         assert np.isnan(found[0]) and np.isfinite(found[1])
+    for of in (star.density, star.enclosed_mass, star.pressure):
+        with pytest.raises(ValueError, match="r must not be negative, not -1"):
+            of(np.array([0.5, -1.0]))
     assert star.radius_enclosing(2.0 * (1 + 1e-12)) == 3.0  # rounding of a sum
     for mass in (2.1, -0.1):
         with pytest.raises(ValueError, match="between 0 and the whole mass of 2"):

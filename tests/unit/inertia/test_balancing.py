@@ -218,6 +218,12 @@ def test_grades_of_balance_are_those_of_the_standard():
     backwards = -2.0 * np.pi * 50.0  # of which both were below 0
     assert balancing.permissible_unbalance(3600.0, backwards, 2.5) == allowed
     np.testing.assert_array_equal(balancing.balance_grade(turned, 3600.0, backwards), grades)
+    assert float(jax.grad(lambda mass: balancing.permissible_unbalance(mass, 100.0))(2.0)) == pytest.approx(6.3e-5)
+    for wrong, name in (((-1.0, 1.0), "mass"), ((1.0, 1.0, -6.3), "grade")):
+        with pytest.raises(ValueError, match=f"{name} must not be negative"):
+            balancing.permissible_unbalance(*wrong)
+    with pytest.raises(ValueError, match="mass must not be negative"):
+        balancing.balance_grade(turned, -3600.0, 1.0)
 
 
 def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():

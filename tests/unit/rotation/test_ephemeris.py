@@ -8,7 +8,7 @@ from astroinertia.errors import NumericalError
 from astroinertia.orbits import dense
 from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.orbits.states import states
-from astroinertia.rotation.ephemeris import ephemeris
+from astroinertia.rotation.ephemeris import ephemeris, ephemeris_of
 
 ELEMENTS = {"inclination": 0.3, "node": 1.0, "pericentre": 2.0}
 
@@ -137,6 +137,24 @@ def test_what_cannot_be_tabulated_is_refused():
         ephemeris(simulation(1.0, []), 1.0)
     with pytest.raises(NumericalError, match=r"cannot be tabulated to 1\.0e-18 of the distance"):
         ephemeris(bodies, 1.0, tolerance=1e-18)
+
+
+def test_orbits_of_a_function_that_are_no_numbers_are_refused():
+    def fall(times, of=1.0):
+        """From rest, so that no time scale follows from its speed at first."""
+        x, v = 2.0 + np.cos(times), -np.sin(times)
+        return tuple(np.stack([of * part, 0.0 * times, 0.0 * times], axis=-1)[:, None] for part in (x, v))
+
+    moon = {"moon": 0.01}
+    assert ephemeris_of(fall, 0.0, 20.0, moon).position(np.array([3.0]))[0, 0, 0] == pytest.approx(2.0 + np.cos(3.0))
+    for of in (np.nan, 0.0):
+        with pytest.raises(ValueError, match="all states must be finite, and no companion where the body is"):
+            ephemeris_of(lambda times, of=of: fall(times, of), 0.0, 20.0, moon)
+    for end in (np.inf, np.nan, -1.0):
+        with pytest.raises(ValueError, match="which is no time after its start at 0"):
+            ephemeris_of(fall, 0.0, end, moon)
+    with pytest.raises(ValueError, match=r"states of 2 companions at one time are \(1, 2, 3\), not \(1, 1, 3\)"):
+        ephemeris_of(fall, 0.0, 20.0, {**moon, "other": 0.1})
 
 
 def test_bodies_whose_distance_is_rounded_away_are_reported():

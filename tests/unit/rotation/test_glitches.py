@@ -54,6 +54,9 @@ def test_what_is_no_superfluid_is_refused():
     for share, tau in ((0.0, 1.0), (1.0, 1.0), (0.5, 0.0)):
         with pytest.raises(ValueError, match="superfluid"):
             glitches.coupled_history(0.0, 1.0, 1.0, share, tau)
+    for share in (1.5, -0.1, np.array([0.5, 2.0])):
+        with pytest.raises(ValueError, match="share of the whole moment from 0 to 1"):
+            glitches.glitch_size(share, 1.0, 70.0)
 
 
 def test_recoveries_have_units_and_go_side_by_side():

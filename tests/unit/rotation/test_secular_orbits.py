@@ -90,6 +90,9 @@ def test_rates_and_angles_of_planes_and_histories_may_have_units():
 def test_what_makes_no_planes_or_history_is_refused():
     with pytest.raises(ValueError, match="one of each"):
         node_modes(1.0, [1.0, 1.0], [1.0], [0.1, 0.1], [0.0, 0.0])
+    for s in (np.nan, np.inf):
+        with pytest.raises(ValueError, match="s of a Laplace coefficient must be a finite number"):
+            laplace_coefficient(s, 0, 0.0)
     for arguments in (("Pluto",), ("Mars", 0.0), ("Mars", 1e6, None, 1), ("Mars", 1e6, None, 3.5)):
         with pytest.raises(SceneError, match="obliquity"):
             obliquity_history(*arguments)
