@@ -27,6 +27,7 @@ USUAL = (
 """What is compared unless something else is asked for, as far as the runs have it."""
 _DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
+_FEW = 4  # times: fewer make no spline
 STEADY = 1e-9  # of the largest value: what changes by less stays
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
 _FAR_APART = 1e6  # a run is so much smaller than another that no power of ten suits both
@@ -34,10 +35,14 @@ _FAR_APART = 1e6  # a run is so much smaller than another that no power of ten s
 
 @dataclass(frozen=True)
 class Line:
-    """One quantity of one run; `difference` (NaN beyond the finest run's times) is from the finest run's."""
+    """One quantity of one run; `difference` is from the finest run's, at the times `at`, and NaN where one has ended.
+
+    These times are its own, or the finest run's where it has few within that.
+    """
 
     times: np.ndarray
     values: np.ndarray
+    at: np.ndarray
     difference: np.ndarray
 
 
@@ -139,14 +144,16 @@ def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared]
         factor, unit = style.scale_of(
             style.unit_of(datasets[0]["time"]), np.concatenate([dataset["time"].values for dataset in datasets])
         )
+        common = max(_reaches(line) for one in quantities for number, line in one.lines.items() if number != finest)
         for (left, right), one in zip(grid, quantities, strict=True):
             _overlaid(left, one, names, factor)
             _differences(right, one, factor, finest)
-            for axes in (left, right):
-                axes.set_xlim(0, max(line.times[-1] for line in one.lines.values()) / factor)
+            end = float(max(line.times[-1] for line in one.lines.values()))
+            for axes, reach, more in ((left, end, ""), (right, min(end, common), _common(common, end))):
+                axes.set_xlim(0, reach / factor if reach > 0.0 else None)
                 axes.tick_params(labelbottom=one is quantities[-1])
                 if one is quantities[-1]:
-                    axes.set_xlabel(style.label("time", unit))
+                    axes.set_xlabel(style.label("time", unit) + more)
         grid[0, 1].set_title(f"Difference from: {names[finest]}")
         handles, texts = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, texts, loc="outside lower center", ncols=min(len(texts), 4))
@@ -184,7 +191,9 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
             shown = [values[0], values.min(), values.max(), values[-1]]
             cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
             lines.append(f"{names[number]:{width}}{cells}{_difference_cells(one, line, number == finest)}")
-    lines += ["", f"differences are from '{names[finest]}', over its largest value"]
+    ends = [float(dataset["time"][-1]) for dataset in datasets]
+    more = _common(min(ends), max(ends))
+    lines += ["", f"differences are from '{names[finest]}', over its largest value{more}"]
     return "\n".join(
         [*lines, *(f"'{names[number]}' is the same to the last bit" for number in _same(quantities, finest))]
     )
@@ -228,8 +237,9 @@ def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compare
     reference, size = series[finest], float(abs(series[finest]).max())
     lines = {}
     for number, one in series.items():
-        difference = np.zeros(len(one)) if number == finest else one.values - _at(reference, one["time"].values)
-        lines[number] = Line(one["time"].values, one.values, difference)
+        times, values = one["time"].values, one.values
+        apart = (times, np.zeros(len(one))) if number == finest else _apart(one, reference)
+        lines[number] = Line(times, values, *apart)
     if not any(line.values.any() for line in lines.values()):
         return None
     return Compared(name, str(reference.attrs["long_name"]), style.unit_of(reference), size or 1.0, lines)
@@ -255,12 +265,30 @@ def _series(dataset: xr.Dataset, name: str, as_size: bool = False) -> xr.DataArr
     return series if int(series.notnull().sum()) > 1 else None
 
 
-def _at(reference: xr.DataArray, times: np.ndarray) -> np.ndarray:
-    """The reference at other times, by a cubic spline; NaN beyond its own."""
-    if np.array_equal(times, reference["time"].values):
-        return reference.values
-    finite = reference.dropna("time")
-    if finite.sizes["time"] < 4:
+def _apart(one: xr.DataArray, reference: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Times, and how far a run is from the reference then."""
+    own, theirs = one["time"].values, reference["time"].values
+    mine, other = one.values - _at(reference, own), _at(one, theirs) - reference.values
+    few = np.isfinite(mine).sum() < min(_FEW, np.isfinite(other).sum())
+    return (theirs, other) if few else (own, mine)
+
+
+def _common(reach: float, end: float) -> str:
+    """What is said of differences that reach less far than runs do."""
+    return "" if reach > end * (1.0 - STEADY) else ", as far as both runs go"
+
+
+def _reaches(line: Line) -> float:
+    """The last time at which a run has a difference; 0 without any."""
+    return float(max(line.at[np.isfinite(line.difference)], default=0.0))
+
+
+def _at(series: xr.DataArray, times: np.ndarray) -> np.ndarray:
+    """A quantity at other times, by a cubic spline; NaN beyond its own."""
+    if np.array_equal(times, series["time"].values):
+        return series.values
+    finite = series.dropna("time")
+    if finite.sizes["time"] < _FEW:
         return np.interp(times, finite["time"].values, finite.values, left=np.nan, right=np.nan)
     return CubicSpline(finite["time"].values, finite.values)(times, extrapolate=False)
 
@@ -294,7 +322,7 @@ def _differences(axes, one: Compared, factor: float, finest: int) -> None:
             continue
         shown = np.where(sizes > 0, sizes, np.nan)
         axes.semilogy(
-            line.times / factor, shown, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)], linewidth=1.4
+            line.at / factor, shown, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)], linewidth=1.4
         )
         drawn.append(shown)
     if not drawn:

@@ -52,6 +52,29 @@ def test_beyond_the_times_of_the_finest_nothing_is_said(fine, particles):
     assert beyond.any() and np.isnan(line.difference[beyond]).all() and np.isfinite(line.difference[~beyond]).all()
 
 
+def test_runs_of_unlike_length_are_compared_as_far_as_both_go(fine, particles):
+    """Also where the longer one has a single output within the shorter: then at the times of that one."""
+    short = fine.isel(time=slice(0, 20))
+    seldom = particles.isel(time=slice(0, None, 50))
+    assert float(seldom["time"][1]) > float(short["time"][-1])
+    for runs, finest in (([short, seldom], 0), ([short, seldom], 1), ([fine, particles.isel(time=slice(0, 10))], 1)):
+        found = ladder.compared(runs, ["mean_radius"], finest)
+        line = found[0].lines[1 - finest]
+        end = min(float(run["time"][-1]) for run in runs)
+        compared = line.at[np.isfinite(line.difference)]
+        assert len(compared) >= 10 and compared[-1] <= end * (1 + 1e-12)
+        figure = ladder.ladder_figure(runs, found, finest)
+        left, right = figure.axes
+        assert left.get_xlim()[1] / right.get_xlim()[1] == pytest.approx(
+            max(float(run["time"][-1]) for run in runs) / compared[-1]
+        )
+        assert right.lines and "as far as both runs go" in right.get_xlabel()
+        text = ladder.ladder_table(runs, found, finest)
+        assert text.splitlines()[-1].endswith("over its largest value, as far as both runs go")
+    alike = ladder.ladder_table([fine, particles], ladder.compared([fine, particles]), 1)
+    assert "as far as" not in alike
+
+
 def test_models_are_in_order_and_have_labels(fine, particles):
     scaling = headline(affine_run()[0][::4], {**METADATA, "model": "scaling"})
     more = particles.assign_attrs(body_particles="[20000]")
