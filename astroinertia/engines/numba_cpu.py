@@ -26,7 +26,7 @@ from astroinertia.engines.numba_modules import (
 )
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
-from astroinertia.engines.terms import Density, PairTerm
+from astroinertia.engines.terms import Density, PairTerm, field_named
 from astroinertia.engines.threads import available_threads, carry_out
 from astroinertia.engines.together import ALONE, Alone, Part
 from astroinertia.sph.kernels import KERNELS
@@ -429,10 +429,8 @@ def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
     arrays = []
     for label in names:
         kind, _, name = label.partition("_")
-        if name not in fields:
-            raise ValueError(f"a pair term asks for the field {name}, which is not among {', '.join(sorted(fields))}")
         shape = (count, 3) if kind == "vector" else (count,)
-        array = np.asarray(fields[name], dtype=np.float64)
+        array = np.asarray(field_named(fields, name), dtype=np.float64)
         arrays.append(_array(array if array.shape == shape else np.broadcast_to(array, shape)))
     return arrays
 

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 from astroinertia.engines.numba_passes import (
     AXES,
-    KERNEL_NAMES,
-    SEPARATION,
     VIRIAL_AXES,
     Needs,
     listed,
@@ -18,7 +16,7 @@ from astroinertia.engines.numba_passes import (
     virial_effects,
 )
 from astroinertia.engines.numba_source import Sources
-from astroinertia.engines.terms import PairTerm, argument_names, arguments
+from astroinertia.engines.terms import KERNEL_NAMES, SEPARATION, PairTerm, argument_names, arguments
 
 # The sources within reach of the target: their places in the table, the massless one to fill the last vector up, then
 # what the pair functions ask for in rows of their own. Rows are compacted once, which is cheaper than gathers in the

@@ -13,12 +13,10 @@ from typing import Any
 from astroinertia.engines import numba_vectors
 from astroinertia.engines.numba_cache import load_module, taken_from
 from astroinertia.engines.templates import template
-from astroinertia.engines.terms import PairTerm, argument_names
+from astroinertia.engines.terms import KERNEL_NAMES, SEPARATION, PairTerm, argument_names, side_of
 
 AXES = "xyz"
 INTERVALS = ("closing", "opening")
-SEPARATION = ("x_ij", "y_ij", "z_ij")
-KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "d2W": ("d2w", 5), "phi": ("phi", 1), "dphi": ("dphi", 2)}
 VIRIAL_AXES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -69,14 +67,13 @@ class Needs:
 
     def __post_init__(self) -> None:
         for name in sorted({n for f in self.functions for n in argument_names(f)}):
-            stem, _, side = name.rpartition("_")
             if name in ("r", *SEPARATION):
                 continue
             if name == "v_r":
                 self.approach = True
-            elif side not in ("i", "j") or not stem:
-                raise ValueError(f"pair functions cannot ask for {name}: it ends neither in _i nor in _j")
-            elif stem in KERNEL_NAMES:
+                continue
+            stem, side = side_of(name)
+            if stem in KERNEL_NAMES:
                 self.kernels[side].append(stem)
             elif stem == "h":
                 self.lengths = True

@@ -9,6 +9,9 @@ from typing import Any, Literal
 Reduction = Literal["central", "sum", "max", "outer"]
 
 COMMON = "common"  # the effect of terms whose sums are of several effects, and of what belongs to none
+SEPARATION = ("x_ij", "y_ij", "z_ij")
+KERNEL_NAMES = {"W": ("w", 3), "dW": ("dw", 4), "d2W": ("d2w", 5), "phi": ("phi", 1), "dphi": ("dphi", 2)}
+"""Scalars of kernels: the functions of a Kernel that they are, and the power of 1/h that goes with each."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,21 @@ def argument_names(function: Callable) -> list[str]:
 def arguments(function: Callable, scalars: Any) -> list[Any]:
     """What a pair function is called with, without the namespace, made of what `scalars` holds by name."""
     return [made(*(scalars[name] for name in names)) for made, names in _parameters(function)]
+
+
+def side_of(name: str) -> tuple[str, str]:
+    """The field or scalar of a kernel that an argument is of, and its side, i or j; ValueError where it names none."""
+    stem, _, side = name.rpartition("_")
+    if side not in ("i", "j") or not stem:
+        raise ValueError(f"pair functions cannot ask for {name}: it ends neither in _i nor in _j")
+    return stem, side
+
+
+def field_named(fields: dict[str, Any], name: str) -> Any:
+    """A field of particles; ValueError where there is none of that name."""
+    if name not in fields:
+        raise ValueError(f"a pair term asks for the field {name}, which is not among {', '.join(sorted(fields))}")
+    return fields[name]
 
 
 def _parameters(function: Callable) -> list[tuple[Callable, list[str]]]:

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.engines import xla_density, xla_lists, xla_places, xla_tiles
-from astroinertia.engines.terms import Density, PairTerm, argument_names
+from astroinertia.engines.terms import KERNEL_NAMES, SEPARATION, Density, PairTerm, argument_names, field_named, side_of
 from astroinertia.engines.xla_lists import Arrangement
 from astroinertia.sph.kernels import KERNELS
 
@@ -150,9 +150,10 @@ def _needed(terms: tuple[PairTerm, ...], fields: dict[str, Any]) -> dict[str, Ar
     for term in terms:
         scalars = {*argument_names(term.pair), *(argument_names(term.far) if term.far else ())}
         names |= {"velocity"} if "v_r" in scalars else set()
-        names |= {name[:-2] for name in scalars if name[-2:] in ("_i", "_j") and name[:-2] in fields}
+        stems = {side_of(name)[0] for name in scalars - {"r", "v_r", *SEPARATION}}
+        names |= stems - {"h", *KERNEL_NAMES}
         names |= {output.of for output in term.outputs if output.of}
-    return {name: _of_its_type(fields[name]) for name in sorted(names)}
+    return {name: _of_its_type(field_named(fields, name)) for name in sorted(names)}
 
 
 def _of_its_type(array: Array) -> Array:

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from astroinertia.engines import devices, xla_pairs, xla_sums
-from astroinertia.engines.terms import Output, PairTerm, arguments
+from astroinertia.engines.terms import KERNEL_NAMES, SEPARATION, Output, PairTerm, arguments
 from astroinertia.engines.xla_lists import Tiles
 from astroinertia.engines.xla_places import Places
 from astroinertia.sph.kernels import Kernel
@@ -25,8 +25,6 @@ FEW = 64
 # Sums over pairs as differences of sums lose this factor in digits, and more is not given away.
 UNEVEN = 100.0
 PRECISION = jax.lax.Precision.HIGHEST
-SEPARATION = ("x_ij", "y_ij", "z_ij")
-COMPONENTS = ("x_ij", "y_ij", "z_ij")
 AXES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -65,17 +63,16 @@ class Pairs:
     def _made(self, name: str) -> Array:
         if name == "v_r":
             return self._product("velocity", "position") * self.inverse_r
-        if name in COMPONENTS:
-            k = COMPONENTS.index(name)
+        if name in SEPARATION:
+            k = SEPARATION.index(name)
             mine, other = (side["position"][:, :, k] for side in (self.targets, self.sources))
             return self._spread(mine, "i") - self._spread(other, "j")
         stem, side = name[:-2], name[-1]
         if stem == "h":
             return self._field("smoothing_length", side)
-        if stem in ("W", "dW", "d2W", "phi", "dphi"):
-            inverse = self.inverse_length(side)
-            value = getattr(self.kernel, stem.lower())(jnp, self["r"] * inverse)
-            power = {"W": 3, "dW": 4, "d2W": 5, "phi": 1, "dphi": 2}[stem]
+        if stem in KERNEL_NAMES:
+            function, power = KERNEL_NAMES[stem]
+            value = getattr(self.kernel, function)(jnp, self["r"] * self.inverse_length(side))
             return value * self.inverse_length(side, power)
         return self._field(stem, side)
 

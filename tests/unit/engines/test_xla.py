@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects.kinds.gravity import SOFTENING
+from astroinertia.engines import numba_cpu
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.engines.xla import Engine
 from astroinertia.gravity.direct import DIRECT_GRAVITY
@@ -295,6 +296,30 @@ def test_single_precision_by_oversight_is_refused():
         Engine().arrange(clustered(9), np.full(9, 0.5))
     with pytest.raises(ValueError, match="precision"):
         Engine(precision="float32")  # type: ignore[arg-type]
+
+
+def test_what_a_pair_function_asks_for_and_is_not_there_is_named_as_the_other_engine_names_it():
+    def warm(xp, W_i, temperature_j):
+        return (W_i * temperature_j,)
+
+    def sideless(xp, r, temperature):
+        return (r * temperature,)
+
+    def approaching(xp, v_r):
+        return (v_r,)
+
+    position, length = clustered(30), np.full(30, 0.5)
+    fields = {"mass": length, "position": position, "smoothing_length": length}
+    for pair, output, sentence in (
+        (warm, Output("value", "sum"), "asks for the field temperature, which is not among mass, position, smoothing_"),
+        (approaching, Output("value", "outer", of="spin"), "asks for the field (spin|velocity)"),
+        (approaching, Output("value", "sum"), "asks for the field velocity"),
+        (sideless, Output("value", "sum"), "cannot ask for temperature: it ends neither in _i nor in _j"),
+    ):
+        for engine in (Engine(), numba_cpu.Engine()):
+            arrangement = engine.arrange(position, length)[1]
+            with pytest.raises(ValueError, match=sentence):
+                engine.neighbour_sums(arrangement, "cubic", (PairTerm("odd", pair, (output,)),), fields)
 
 
 @pytest.mark.full
