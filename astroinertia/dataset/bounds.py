@@ -15,6 +15,7 @@ CLOSURE = 1e-6  # of the largest inertia tensor
 MISMATCH = 1e-3  # of the sum of m |x| |a|
 NOTHING = 1e-6  # of the largest virial tensor of an output: an effect that does less is not judged
 ENERGY = 0.05  # of the largest energy
+ALL = 0.1  # of what is missing, by which what one effect has done may differ from it
 FAR = 1e6  # sizes of a body, a distance from the origin at which squares are rounded to 1e-4 of the body's
 SHORTER = "take shorter time steps, or a smaller tolerance where [numerics] has one"
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy", "potential_energy")
@@ -43,9 +44,25 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
     if error > ENERGY * scale > 0.0:
         warnings.append(
             f"integration lost or made {error / scale:.2g} of the largest energy (at most {ENERGY:g} is usual): "
-            f"{SHORTER}."
+            f"{_owner(series, effects) or SHORTER}."
         )
     return warnings
+
+
+def _owner(series: Mapping[str, np.ndarray], effects: Sequence[str]) -> str:
+    """Whose energy is not that of its work, where one effect's is all that is missing; empty where that is not so."""
+    error = np.asarray(series["integration_energy_error"], dtype=float)
+    done = [np.asarray(series.get(name, np.nan), dtype=float) for name in ("work", "heating")]
+    if any(each.shape != (*error.shape, len(effects)) for each in done):
+        return ""
+    worst = int(np.nanargmax(abs(error)))
+    missing = abs(done[0][worst] + done[1][worst] - error[worst]) < ALL * abs(error[worst])
+    if missing.sum() != 1:
+        return ""
+    return (
+        f"that is what {effects[int(np.argmax(missing))]} has done, with no energy that makes up for it; an effect of "
+        "your own needs its potential_energy, or external = True if it works from outside"
+    )
 
 
 def _remedy(series: Mapping[str, np.ndarray]) -> str:
@@ -76,11 +93,14 @@ def doubtful(closure: float, energy_error: float) -> str:
 
 
 def _does_nothing(tensors: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Of each output and effect, whether its virial tensor is as good as zero beside the largest one."""
+    """Of each output and effect, whether its virial tensor is as good as zero beside the largest one.
+
+    One that is nothing but zeros is not of forces that cancel, but of none, or wrong.
+    """
     if tensors is None or np.shape(tensors) != (*shape, 3, 3):
         return np.zeros(shape, bool)
     sizes = np.abs(np.asarray(tensors, dtype=float)).max(axis=(-1, -2))
-    return sizes < NOTHING * np.fmax.reduce(sizes, axis=-1, initial=0.0)[..., None]
+    return (sizes > 0.0) & (sizes < NOTHING * np.fmax.reduce(sizes, axis=-1, initial=0.0)[..., None])
 
 
 def _largest(figures: Any) -> float:

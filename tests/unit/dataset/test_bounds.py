@@ -67,6 +67,23 @@ def test_each_figure_beyond_its_bound_is_named(change, words):
     assert message({"ledger_warnings": sentence}, "ledger") == f"warning: {sentence}"
 
 
+@pytest.mark.parametrize(("done", "named"), [([0.01, -0.19], True), ([-0.19, -0.19], False), ([0.01, -0.15], False)])
+def test_an_effect_whose_work_is_all_that_is_missing_is_named_and_shorter_steps_are_not(done, named):
+    """Of an energy error of 0.2 in the middle; half of the work has gone into heat."""
+    rows = np.outer([0.0, 0.5, 0.1], done)
+    (sentence,) = ledger_warnings(records(energy=0.1) | {"work": rows, "heating": rows}, EFFECTS)
+    assert ("what companions has done, with no energy that makes up for it" in sentence) == named
+    assert ("take shorter time steps" in sentence) != named
+
+
+def test_a_virial_tensor_of_nothing_but_zeros_is_judged():
+    """As that of an effect of one's own whose part `virial` gives 0 whatever its forces are."""
+    tensors = np.einsum("te,ij->teij", np.outer(np.ones(3), [1.0, 0.0]), np.eye(3))
+    (sentence,) = ledger_warnings(records(mismatch=0.4) | {"virial_tensor": tensors}, EFFECTS)
+    assert "the virial tensor of companions is off by 0.4" in sentence
+    assert ledger_warnings(records(mismatch=0.0) | {"virial_tensor": tensors}, EFFECTS) == []
+
+
 @pytest.mark.parametrize(("share", "sentences"), [(1e-10, 0), (1e-3, 1)])
 def test_forces_that_cancel_to_nothing_are_not_judged(share, sentences):
     tensors = np.einsum("te,ij->teij", np.outer(np.ones(3), [1.0, share]), np.eye(3))
