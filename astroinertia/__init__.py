@@ -170,7 +170,7 @@ def run_scene(
             return run_sweep(sweep, place, workers, cluster, listener=meter and meter.tell_members).file
     chosen = scenes.with_effects(scene, own) if isinstance(scene, Scene) else scenes.of(scene, own)
     called = running.callback_of(callback, every, chosen)
-    with watched(progress, listener, preparing(chosen.model)) as meter:
+    with watched(progress, listener, preparing(chosen)) as meter:
         if chosen.wants_choice:
             refuse_before(chosen, place)
             from astroinertia.accuracy.choice import choose, pilots_beside

@@ -328,7 +328,7 @@ def _run(options: Options) -> int:
     _say(f"{scene.name}: model {scene.model}, effects {', '.join(scene.effects) or 'none'}; preparing the body")
     if wobble := unstated_wobble(scene):
         _say(wobble)
-    with Meter(_Console(highlight=False), preparing(scene.model)) as meter, _profile(options, begun) as profile:
+    with Meter(_Console(highlight=False), preparing(scene)) as meter, _profile(options, begun) as profile:
         result = run_scene(scene, folder, meter.tell, begun, limit, profile=profile)
     return _finished(result, folder)
 

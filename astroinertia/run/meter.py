@@ -17,15 +17,18 @@ from astroinertia.process.activity import current
 
 if TYPE_CHECKING:
     from astroinertia.run.loop import Listener, Progress
+    from astroinertia.scene.schema import Scene
 
 SECONDS_BETWEEN_LINES = 6.0  # where the output is no terminal
 LONGEST_SILENCE = 8.0  # seconds, longer than that: then a line says that work goes on
 PREPARING = "preparing the body"
 
 
-def preparing(model: str) -> str:
+def preparing(scene: "Scene") -> str:
     """What is done before the first step, in words."""
-    return f"{PREPARING}: placing and settling it" if model == "sph" else f"{PREPARING}, and compiling its motion"
+    others = scene.companions or scene.orbits.archive is not None
+    orbits = ", and finding the orbits of its companions" if others else ""
+    return f"{PREPARING}: {'placing and settling it' if scene.model == 'sph' else 'compiling its motion'}{orbits}"
 
 
 class Voice:

@@ -11,6 +11,8 @@ from rich.console import Console
 from astroinertia.process import activity
 from astroinertia.run import loop, meter as meters
 from astroinertia.run.meter import Meter
+from astroinertia.scene.load import load_file
+from tests.sims import SIMS
 
 
 def lines(width, act):
@@ -31,8 +33,14 @@ def test_a_narrow_terminal_shortens_words_and_never_the_time():
 
 
 def test_before_the_first_step_a_model_is_said_to_do_what_it_does():
-    assert "settling" in meters.preparing("sph")
-    assert all("settling" not in meters.preparing(model) for model in ("rigid", "ellipsoid", "scaling"))
+    said = {
+        name: meters.preparing(load_file(SIMS / f"{name}.toml"))
+        for name in ("evrard", "star_and_companion", "tennis_racket", "earth_precession", "riemann_ellipsoid")
+    }
+    assert {name for name, words in said.items() if "settling" in words} == {"evrard", "star_and_companion"}
+    assert {name for name, words in said.items() if "orbits of its companions" in words} == {
+        "star_and_companion", "earth_precession",
+    }  # fmt: skip
 
 
 def test_densities_are_shown_in_their_unit():
