@@ -6,7 +6,7 @@ tests/unit/accuracy/test_selected_observables.py.
 """
 
 import difflib
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.regions import QUANTITIES as REGIONAL
 from astroinertia.errors import NumericalError, SceneError
-from astroinertia.observables.quantities import DERIVED, OF_ATTITUDE, OF_EFFECTS, RECORDED
+from astroinertia.observables.quantities import DERIVED, LABELS, OF_ATTITUDE, OF_EFFECTS, RECORDED
 from astroinertia.scene.schema import Scene
 from astroinertia.units import shown
 
@@ -28,7 +28,7 @@ DEFAULTS = {
     "rigid": ("angular_velocity", "attitude 3"),
 }
 """What a model is judged by unless something else is asked for."""
-_KNOWN = (*RECORDED, *DERIVED, *OF_EFFECTS, *OF_ATTITUDE, *REGIONAL)
+_KNOWN = RECORDED | DERIVED | OF_EFFECTS | OF_ATTITUDE | REGIONAL
 _OF_SERIES = "frequency of "
 _FEWEST_RECORDS = 16  # of a series whose frequency is asked for
 _TRIED_A_PERIOD = 8  # trial frequencies to one over the length of the series
@@ -48,7 +48,7 @@ class SelectedObservable:
 
 
 def parsed(name: str, own: Collection[str] = ()) -> SelectedObservable:
-    """What a name selects; SceneError where no dataset has such a variable, and the run no `own` one.
+    """What a name selects; SceneError where no dataset has such a variable or label, and the run no `own` one.
 
     >>> print(parsed("inertia_tensor z z").labels, parsed("frequency of inertia_tensor z z").of_series)
     ('z', 'z') True
@@ -64,7 +64,12 @@ def parsed(name: str, own: Collection[str] = ()) -> SelectedObservable:
             f"; did you mean {near[0]}?" if near else ", such as inertia_tensor z z, angular_velocity or moment_ratio."
         )
         raise SceneError(f"'{shown(words[0])}' is no series of the dataset{hint}")
-    return SelectedObservable(normalized, words[0], tuple(words[1:]), of_series)
+    observable = SelectedObservable(normalized, words[0], tuple(words[1:]), of_series)
+    if words[0] not in own:
+        dims = [dim for dim in _KNOWN[words[0]].dims if dim != "time"]
+        # What effects, regions and companions there are is known of a run alone.
+        _refuse_labels(observable, {dim: [str(label) for label in LABELS.get(dim, ((),))[0]] for dim in dims})
+    return observable
 
 
 def default_names(scene: Scene) -> tuple[str, ...]:
@@ -171,13 +176,18 @@ def selected(dataset: xr.Dataset, observable: SelectedObservable) -> xr.DataArra
         raise SceneError(f"'{observable.variable}' is not in the dataset of this run.")
     series = dataset[observable.variable]
     dims = [dim for dim in series.dims if dim not in ("time", "parameter")]  # parameters: of a sensitivity
-    if len(observable.labels) > len(dims):
+    choices = {str(dim): [str(coordinate) for coordinate in series[dim].values] for dim in dims}
+    _refuse_labels(observable, choices)
+    chosen = {dim: choices[dim].index(label) for dim, label in zip(choices, observable.labels, strict=False)}
+    return series.isel(chosen).transpose("time", ...)
+
+
+def _refuse_labels(observable: SelectedObservable, choices: Mapping[str, Sequence[str]]) -> None:
+    """SceneError for more labels than there are dimensions, and for one that is none of the choices of its own."""
+    if len(observable.labels) > len(choices):
         raise SceneError(
-            f"'{observable.name}' has more labels than {observable.variable} has dimensions ({len(dims)})."
+            f"'{observable.name}' has more labels than {observable.variable} has dimensions ({len(choices)})."
         )
-    for dim, label in zip(dims, observable.labels, strict=False):
-        choices = [str(coordinate) for coordinate in series[dim].values]
-        if label not in choices:
-            raise SceneError(f"'{observable.name}': {dim} is one of {', '.join(choices)}, not '{label}'.")
-        series = series.isel({dim: choices.index(label)})
-    return series.transpose("time", ...)
+    for (dim, known), label in zip(choices.items(), observable.labels, strict=False):
+        if known and label not in known:
+            raise SceneError(f"'{observable.name}': {dim} is one of {', '.join(known)}, not '{shown(label)}'.")

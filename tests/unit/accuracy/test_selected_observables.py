@@ -43,6 +43,20 @@ def test_every_series_that_a_run_may_have_can_be_named(name):
     assert parsed(name).variable == name
 
 
+def test_a_label_that_no_run_has_is_refused_before_any_run():
+    """Those of effects, regions and companions are for a run to say."""
+    for name, words in (
+        ("inertia_tensor z q", "j is one of x, y, z, not 'q'"),
+        ("frequency of attitude 4", "principal is one of 1, 2, 3, not '4'"),
+        ("mode_amplitude 5", "mode is one of 1, 2, 3, 4, not '5'"),
+        ("mass z", r"more labels than mass has dimensions \(0\)"),
+    ):
+        with pytest.raises(SceneError, match=words):
+            parsed(name)
+    for name in ("torque gravity z", "work pressure", "region_inertia_tensor core z z", "angular_velocity"):
+        parsed(name)
+
+
 def test_fewer_labels_give_all_components_in_the_order_of_their_names(dataset):
     row = parsed("inertia_tensor z")
     assert value(dataset, row).tolist() == [26.0, 27.0, 28.0]
