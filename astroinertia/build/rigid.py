@@ -59,7 +59,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         deformability=deformability,
         axes=axes.T,
         effects=effects,
-        companions=companions.of_rigid(scene, units, mass),
+        companions=_outside(scene, units, mass),
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
@@ -75,6 +75,23 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     chosen = scene.numerics
     settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
     return RigidBody(body, quaternion(attitude), momentum, settings)
+
+
+def _outside(scene: Scene, units: CodeUnits, mass: float) -> Any:
+    """The companions; SceneError where known orbits lead one within the body, to which the others may have pushed it.
+
+    What its own orbit says alone is refused before (build.refusals).
+    """
+    others, radius = companions.of_rigid(scene, units, mass), scene.body.radius
+    if others is None or radius is None or scene.orbits.back_reaction:
+        return others
+    if (found := others.within(units.to_code(radius, "length"))) is None:
+        return others
+    when = scene.shown(units.to_si(found[0], "time"), "time", 4)
+    raise SceneError(
+        f"companion {others.names[found[1]]} comes within the body at {when}, nearer to its centre than the radius of "
+        f"the rigid body, {scene.shown(radius, 'length', 4)}: end the run before."
+    )
 
 
 def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) -> RigidBody:

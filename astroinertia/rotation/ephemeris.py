@@ -73,6 +73,19 @@ class Ephemeris:
         slopes = namespace(place).einsum("...k,...kni->...ni", _chebyshev(place)[1], coefficients)
         return slopes / half_length[..., None, None]
 
+    def within(self, distance: float) -> tuple[float, int] | None:
+        """The first time at which a companion comes nearer to the body than that, and which; None where none does.
+
+        Looked at at seventeen points a segment.
+        """
+        basis = _chebyshev(_POINTS)[0]
+        for middle, half, coefficients in zip(self.middle, self.half_length, self.coefficients, strict=True):
+            near = np.linalg.norm(np.tensordot(basis, coefficients, 1), axis=-1) < distance
+            times = middle + half * _POINTS
+            if (found := np.argwhere(near & (times <= self.end)[:, None])).size:
+                return float(times[found[0, 0]]), int(found[0, 1])
+        return None
+
     def _located(self, time: Array) -> tuple[Array, Array, Array]:
         xp = namespace(time, self.coefficients)
         time = xp.asarray(time)

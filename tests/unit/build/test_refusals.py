@@ -342,6 +342,18 @@ def test_a_companion_that_comes_within_a_rigid_body_is_refused(axis, anomaly, en
         assert str(caught.value).count(". ") == 0
 
 
+def test_a_companion_that_another_pushes_into_a_rigid_body_is_refused_before_the_first_step() -> None:
+    """Kozai and Lidov: a star on an inclined orbit makes the moon's round orbit so narrow that it meets the body."""
+    star = 'name = "star"\nmass = 1.0\nsemi_major_axis = 30.0\ninclination = 1.3\n'
+    moon = 'name = "moon"\nmass = 1e-3\nsemi_major_axis = 5.0\n'
+    body = 'kind = "rigid"\nmass = 1.0\nradius = 1.0\nmoment_ratios = [0.39, 0.395, 0.4]\n'
+    text = f'name = "kozai"\nmodel = "rigid"\nunits = "code"\n[body]\n{body}[effects.gravity_gradient]\n'
+    pair = loads(f"{text}[time]\nend = 8000.0\n[[companions]]\n{moon}[[companions]]\n{star}")
+    refusals.refuse_impossible(pair)
+    with pytest.raises(SceneError, match=r"companion moon comes within the body at 6470, .* rigid body, 1: end"):
+        prepare(pair)
+
+
 def test_a_companion_of_an_archive_within_a_rigid_body_is_refused(tmp_path) -> None:
     bodies = rebound.Simulation()
     bodies.units = ("kg", "km", "s")

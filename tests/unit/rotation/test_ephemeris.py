@@ -94,6 +94,18 @@ def test_positions_and_velocities_are_continuous_between_segments():
             assert np.abs(after - before).max() < 1e-13 * np.abs(before).max()
 
 
+def test_who_comes_near_is_known_with_the_time():
+    """On an ellipse from its far end: at the radius r, where cos E = (1 - r/a)/e."""
+    far = Companion("far", 0.0, semi_major_axis=5.0)
+    near = Companion("near", 0.0, semi_major_axis=1.0, eccentricity=0.5, mean_anomaly=np.pi)
+    orbits = ephemeris(simulation(1.0, [far, near]), np.pi)
+    assert orbits.within(0.499) is None
+    time, number = orbits.within(0.8)
+    anomaly = np.arccos((1.0 - 0.8) / 0.5)
+    assert number == 1 and np.linalg.norm(orbits.position(np.array(time))[1]) < 0.8
+    assert 0.0 <= time - (np.pi - (anomaly - 0.5 * np.sin(anomaly))) < 0.2
+
+
 def test_outside_its_time_an_ephemeris_knows_nothing():
     found = ephemeris(simulation(1.0, [Companion("moon", 0.01, period=1.0)]), 3.0)
     with jax.enable_x64(True):
