@@ -13,6 +13,8 @@ import shutil
 import stat
 import sys
 import tempfile
+import threading
+from contextlib import AbstractContextManager
 from pathlib import Path
 from types import ModuleType
 
@@ -22,13 +24,21 @@ from astroinertia.process import activity, interrupts
 
 
 class _Announced(Listener):
-    """Says which function numba compiles; what it finds compiled is not an event."""
+    """Says which function numba compiles, and has signals wait for that; what it finds compiled is not an event."""
+
+    def __init__(self) -> None:
+        self.holds: list[AbstractContextManager[None]] = []  # of the main thread, where handlers run
 
     def on_start(self, event: Event) -> None:
         activity.begin(_words(event))
+        if threading.current_thread() is threading.main_thread():
+            self.holds.append(interrupts.held())
+            self.holds[-1].__enter__()
 
     def on_end(self, event: Event) -> None:
         activity.end(_words(event))
+        if self.holds and threading.current_thread() is threading.main_thread():
+            self.holds.pop().__exit__(None, None, None)
 
 
 def _words(event: Event) -> str:

@@ -1,12 +1,15 @@
 """The engine's compilers do less than numba's and come to the same."""
 
+import signal
+
 import numpy as np
 import pytest
 from numba import njit
 from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
+from numba.extending import overload
 
-from astroinertia.engines import numba_compiler
+from astroinertia.engines import numba_cache, numba_compiler
 from astroinertia.engines.numba_vectors import ENTRY, PART
 
 UNKEPT = {name: option for name, option in ENTRY.items() if name != "cache"}
@@ -89,3 +92,25 @@ def test_functions_that_others_call_are_no_machine_code_and_programs_are():
     assert not isinstance(program.overloads[signature].library, numba_compiler.PartLibrary)
     parts = [part.library for part in weighted_part.overloads.values()]
     assert parts and all(isinstance(library, numba_compiler.PartLibrary) for library in parts)
+
+
+def test_a_signal_that_comes_while_a_function_is_compiled_waits_for_that():
+    """An exception that its handler raised within the compiler could leave a lock of LLVM that nothing lets go of."""
+    assert numba_cache  # which listens to the compiler
+    went_on = []
+
+    def twice(x):
+        return 2 * x
+
+    @overload(twice)
+    def _(x):
+        if not went_on:
+            signal.raise_signal(signal.SIGINT)
+            went_on.append(True)
+        return lambda x: 2 * x
+
+    compiled = njit(lambda x: twice(x) + 1)
+    with pytest.raises(KeyboardInterrupt):
+        compiled(3)
+    assert went_on == [True]
+    assert compiled(3) == 7
