@@ -5,6 +5,7 @@ does wrong there is kept until the run looks (effects.failures.failures_said), f
 Tests: tests/unit/effects/test_by_function.py.
 """
 
+import copyreg
 import functools
 import inspect
 import re
@@ -185,6 +186,22 @@ def of_function(function: Callable) -> Effect:
         return _class_of(function)()
 
 
+class _OfFunction(type):
+    """The kind of class that is made of a function: in pickles, the function stands for it."""
+
+
+def _again(function: Callable, acts: bool) -> Any:
+    effect = of_function(function)
+    return type(effect.in_units(DIMENSIONLESS) if acts else effect)
+
+
+def _pickled(made: Any) -> Any:
+    return _again, (made.function, bool(fields(made)))  # the one that acts has units
+
+
+copyreg.pickle(_OfFunction, _pickled)
+
+
 def _class_of(function: Callable) -> type[Effect]:
     named = getattr(function, "func", function)  # of a functools.partial
     name = str(getattr(named, "__name__", type(named).__name__))
@@ -203,10 +220,10 @@ def _class_of(function: Callable) -> type[Effect]:
         "models": ("sph", "rigid"),
         "source": "a function of the user's own",
     }
-    made = _dataclass(type(name, (Effect,), {**shared, **said}))
+    made = _dataclass(_OfFunction(name, (Effect,), {**shared, **said}))
     # What acts knows the units, which are those of a scene.
     acting = _dataclass(
-        type(name, (made,), {"__annotations__": {"units": Any}, "units": field(metadata={"static": True})})
+        _OfFunction(name, (made,), {"__annotations__": {"units": Any}, "units": field(metadata={"static": True})})
     )
     return made
 

@@ -1,6 +1,7 @@
 """A force or a torque that is a plain function: what it does, in which units, and what is said where it fails."""
 
 import functools
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from astroinertia.effects.own import with_functions
 from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.scene.load import load_file, loads
 from astroinertia.scene.plan import plan
+from astroinertia.units import DIMENSIONLESS
 from tests.plugin_example import example, stopped_at
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
@@ -234,6 +236,22 @@ def test_what_a_function_does_wrong_is_said_in_a_sentence(tmp_path, capfd, text,
     assert "Traceback" not in capfd.readouterr().err
     kept = astroinertia.open(tmp_path / "run").time.values  # what was recorded before
     assert kept[0] == 0.0 and 0.09 < kept[-1] < 0.21
+
+
+def brake(state):
+    """Of a module, as pickles need it."""
+    return -0.1 * state.velocities
+
+
+def test_a_scene_with_a_function_can_be_pickled() -> None:
+    """As processes hand it on: the function stands for the class that is made of it."""
+    body = {"kind": "uniform", "mass": 1.0, "radius": 1.0, "particles": 64}
+    gas = {"kind": "ideal"}
+    scene = astroinertia.Scene(name="braked", units="code", body=body, equation_of_state=gas, effects=[brake], time=1.0)
+    again = pickle.loads(pickle.dumps(scene))
+    assert again == scene and again.own["brake"].made is scene.own["brake"].made
+    acting = again.own["brake"].made().in_units(DIMENSIONLESS)
+    assert type(pickle.loads(pickle.dumps(acting))) is type(acting)
 
 
 def test_names_that_mean_something_else_are_refused(tmp_path) -> None:
