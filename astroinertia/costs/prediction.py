@@ -27,6 +27,7 @@ NUMBERS_WITHOUT_PARTICLES = 75
 OF_AN_EFFECT = 30
 IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows from it, over those it is saved with
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
+CHECKPOINTS = 2  # that a folder keeps (storage.archive)
 COMPRESSED = 0.75  # a snapshot in the final file
 PREPARATION = ("start-up", "compiling", "placing", "solving for planets", "settling")
 # Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
@@ -119,7 +120,7 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
         parts |= placing(scene, particles, machine)
     steps = run_of_steps(scene, particles, counts, machine)
     written, one = written_records(scene, counts.steps), record(scene, particles, machine)
-    size = files(scene, written, particles)
+    size = files(scene, written, particles, counts.steps)
     parts |= {f"steps: {name}": cost for name, cost in steps.items()}
     if share:
         parts["steps: sending"] = counts.evaluations * processes.sending(particles, by)
@@ -165,7 +166,7 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
         parts["compiling"] = total(costs[name] for name in smooth.compiled(scene))
         steps = smooth.steps(scene, written)
         parts["steps"] = steps * smooth.of_step(scene) * costs[f"step.{kind}"]
-    size = files(scene, written, 0)
+    size = files(scene, written, 0, steps)
     parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
     done = tuple(share / SHARES for share in range(SHARES + 1))
@@ -213,17 +214,17 @@ def written_records(scene: Scene, steps: float) -> float:
     return min(float(records(scene.time.end, when.series_every)), steps + 1.0)
 
 
-def files(scene: Scene, written: float, particles: int) -> float:
-    """Bytes of a run's folder: the records and snapshots as they are saved and in the final file, a checkpoint."""
+def files(scene: Scene, written: float, particles: int, steps: float) -> float:
+    """Bytes of a run's folder: records and snapshots as they are saved and in the final file, and two checkpoints."""
     effects = len(scene.effects)
     numbers = NUMBERS_OF_A_RECORD.get(scene.model, NUMBERS_WITHOUT_PARTICLES) + OF_AN_EFFECT * effects
     series = written * NUMBER * numbers * (1.0 + IN_THE_FINAL_FILE.get(scene.model, SMOOTH))
     snapshots = 0.0
     if particles:
         count = records(scene.time.end, cadence(scene).snapshot_every)
-        snapshots = min(count, written) * particles * NUMBER * ARRAYS_OF_A_SNAPSHOT
+        snapshots = min(count, steps + 1.0) * particles * NUMBER * ARRAYS_OF_A_SNAPSHOT
     state = particles * NUMBER * (ARRAYS_OF_A_STATE + ARRAYS_OF_AN_EFFECT * effects)
-    return HEADER + series + snapshots * (1.0 + COMPRESSED) + state
+    return HEADER + series + snapshots * (1.0 + COMPRESSED) + CHECKPOINTS * state
 
 
 def _writing(scene: Scene, size: float, before: float, machine: Machine) -> Seconds:

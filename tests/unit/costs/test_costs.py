@@ -13,6 +13,7 @@ import jax
 import numpy as np
 import pytest
 
+import astroinertia
 from astroinertia.costs import course, experience, machine, piloted, plan_lines
 from astroinertia.costs.evaluations import Counts, evaluation, images, rounded_up, run_of_steps
 from astroinertia.costs.machine import Machine
@@ -23,7 +24,7 @@ from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.process.words import duration
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
-from tests.sims import single_scenes
+from tests.sims import SIMS as FOLDER, single_scenes
 
 ROOT = Path(__file__).parents[3]
 SIMS = single_scenes()
@@ -584,3 +585,21 @@ def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
         predicted(text=f"{STAR}\n[effects.shear_viscosity]\nkinematic_viscosity = {nu}\n").steps for nu in (1e3, 1e4)
     ]
     assert thick[1] == pytest.approx(10.0 * thick[0], rel=1e-3)
+
+
+@pytest.mark.parametrize(("particles", "records", "snapshots"), [(64, 0.01, 0.5), (300, 0.1, 0.05)])
+def test_the_folder_of_few_particles_is_as_large_as_predicted(particles, records, snapshots, tmp_path):
+    """With two checkpoints, and with all snapshots where these are more than the records."""
+    scene = load.load_file(
+        FOLDER / "evrard.toml",
+        [
+            f"body.particles={particles}",
+            "time.end=0.5",
+            f"output.series_every={records}",
+            f"output.snapshot_every={snapshots}",
+        ],
+    )
+    found = predict(scene, machine.shipped())
+    astroinertia.run_scene(scene, tmp_path / "run")
+    size = sum(file.stat().st_size for file in (tmp_path / "run").rglob("*") if file.is_file())
+    assert found is not None and found.files == pytest.approx(size, rel=0.1)
