@@ -1,10 +1,10 @@
-"""What settings will take, guessed from those already run, and which of them a budget of seconds allows.
+"""What settings will take, guessed from those already run.
 
 Tests: tests/unit/accuracy/test_budget.py.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from astroinertia.accuracy.knobs import Knob, Setting, Value
 
@@ -31,11 +31,3 @@ def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[st
         (first, low), (last, high) = timed[-2], timed[-1]
         growth = math.log(max(high, _LEAST) / max(low, _LEAST)) / math.log(last / first) if last > first else 1.0
     return max(_LEAST, seconds * (wanted / guess) ** min(max(growth, 0.0), 2.0))
-
-
-def next_setting(settings: Sequence[Setting], seconds: Sequence[float], left: float) -> Setting | None:
-    """The cheapest of the settings that are not run yet, if it fits into what is left of the budget."""
-    if not settings:
-        return None
-    cheapest = min(range(len(settings)), key=lambda number: seconds[number])
-    return settings[cheapest] if seconds[cheapest] <= left else None

@@ -83,9 +83,8 @@ class _Study:
         seconds: float, listener: Listener | None,
     ) -> None:  # fmt: skip
         self.seconds, self.listener, self.spent = seconds, listener, 0.0
-        base = Setting("default", "", ())
-        self.table = Table(scene, chosen_knobs, observables, base, None, folder)
-        self.waiting: list[Setting] = []
+        self.table = Table(scene, chosen_knobs, observables, measuring.AS_IT_IS, None, folder)
+        self.waiting: dict[Setting, tuple[Scene, Path]] = {}
 
     def run(self) -> None:
         table = self.table
@@ -93,55 +92,48 @@ class _Study:
         main = table.knobs[0]
         # The ladder up to the default: its cost says which base the budget allows.
         ladder = [_alone(main, value) for value in sorted(main.values, key=main.cost)]
-        self.waiting = ladder[: 1 + ladder.index(_alone(main, main.default))]
-        self._spend(self.seconds)
+        self._spend_on(ladder[: 1 + ladder.index(_alone(main, main.default))])
         table.base = self._affordable_base(main)
-        self.waiting = [setting for setting in (*ladder, *self._single_knobs(main)) if setting not in table.measured]
-        self._spend(self.seconds)
-        self.waiting += [setting for setting in self._balanced(main) if setting not in table.measured]
-        self._spend(self.seconds)
-        table.left = dict(zip(self.waiting, self._predictions(self.waiting), strict=True))
+        self._spend_on([*ladder, *self._single_knobs(main)])
+        self._spend_on(self._balanced(main))
+        table.left = self._predictions()
 
-    def _spend(self, most: float) -> None:
-        """Run what waits, the cheapest first, while it fits."""
-        while True:
-            guesses = self._predictions(self.waiting)
-            stored = [self._stored(setting) for setting in self.waiting]
-            costs = [0.0 if done else guess for done, guess in zip(stored, guesses, strict=True)]
-            setting = budget.next_setting(self.waiting, costs, most - self.spent)
-            if setting is None:
+    def _spend_on(self, settings: Sequence[Setting]) -> None:
+        """Take up settings that were run before; run the others, and those that wait, while the cheapest fits."""
+        table = self.table
+        for setting in settings:
+            if setting in table.measured or setting in self.waiting:
+                continue
+            try:
+                scene = measuring.scene_of(table.scene, setting, table.observables)
+            except SceneError as error:
+                # Knobs that contradict each other, such as an engine that has no individual steps.
+                table.measured[setting] = measuring.failed(str(error), table.observables)
+                continue
+            place = measuring.folder_of(table.folder, scene, setting)
+            if (done := measuring.stored(place, table.observables)) is not None:
+                table.measured[setting] = done
+            else:
+                self.waiting[setting] = scene, place
+        while self.waiting:
+            seconds = self._predictions()
+            cheapest = min(seconds, key=lambda setting: seconds[setting])
+            if seconds[cheapest] > self.seconds - self.spent:
                 return
-            self.waiting.remove(setting)
-            self._measure(setting)
+            self._measure(cheapest)
 
     def _measure(self, setting: Setting) -> None:
         table = self.table
+        scene, place = self.waiting.pop(setting)
         if self.listener is not None:
             total = len(table.measured) + 1 + len(self.waiting)
             self.listener(Standing(len(table.measured), total, self.spent, self.seconds, setting.label))
-        try:
-            scene = measuring.scene_of(table.scene, setting, table.observables)
-        except SceneError as error:
-            # Knobs that contradict each other, such as an engine that has no individual steps.
-            table.measured[setting] = measuring.failed(str(error), table.observables)
-            return
-        place = measuring.folder_of(table.folder, scene, setting)
-        measured = measuring.stored(place, table.observables)
-        if measured is None:
-            begin = clock.monotonic()
-            measured = measuring.measure(scene, table.observables, place)
-            self.spent += clock.monotonic() - begin
-        table.measured[setting] = measured
+        begin = clock.monotonic()
+        table.measured[setting] = measuring.measure(scene, table.observables, place)
+        self.spent += clock.monotonic() - begin
 
-    def _stored(self, setting: Setting) -> bool:
-        table = self.table
-        try:
-            scene = measuring.scene_of(table.scene, setting, table.observables)
-        except SceneError:
-            return True
-        return measuring.stored(measuring.folder_of(table.folder, scene, setting), table.observables) is not None
-
-    def _predictions(self, settings: Sequence[Setting]) -> list[float]:
+    def _predictions(self) -> dict[Setting, float]:
+        """Seconds that each setting which waits will take."""
         table, main = self.table, self.table.knobs[0]
         by_name = {knob.name: knob for knob in table.knobs}
         taken = {(setting.knob, setting.value): run.wall_time for setting, run in table.measured.items()}
@@ -157,7 +149,7 @@ class _Study:
                     share *= by_name[name].cost(value) / by_name[name].cost(by_name[name].default)
             return share * budget.predicted(_alone(main, setting.chosen[main.name]), main, base, taken)
 
-        return [seconds(setting) for setting in settings]
+        return {setting: seconds(setting) for setting in self.waiting}
 
     def _affordable_base(self, main: Knob) -> Setting:
         """The finest setting up to the default whose run takes no more than its share of the budget."""

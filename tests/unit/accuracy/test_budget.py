@@ -1,10 +1,10 @@
-"""What settings will take, and which of them are run."""
+"""What settings will take."""
 
 import math
 
 import pytest
 
-from astroinertia.accuracy.budget import next_setting, predicted
+from astroinertia.accuracy.budget import predicted
 from astroinertia.accuracy.knobs import Knob, Setting
 
 PARTICLES = Knob(
@@ -30,10 +30,3 @@ def test_one_measured_value_is_scaled_by_the_guess_of_its_knob():
 
 def test_another_knob_is_scaled_from_the_base():
     assert predicted(setting(STEP, 0.5), STEP, 7.0, {}) == pytest.approx(14.0)
-
-
-def test_the_cheapest_that_fits_comes_next():
-    waiting = [setting(STEP, 0.5), setting(STEP, 2.0), setting(PARTICLES, 10000.0)]
-    assert next_setting(waiting, [4.0, 2.0, 50.0], 10.0) == waiting[1]
-    assert next_setting(waiting, [4.0, 2.0, 50.0], 1.0) is None
-    assert next_setting([], [], 1.0) is None

@@ -170,6 +170,13 @@ def test_what_was_run_is_not_run_again(formula, tmp_path):
     assert len(formula.runs) == 2 * count  # another scene in the same folder is another matter
 
 
+def test_the_scene_of_a_setting_is_made_once(formula, monkeypatch, tmp_path):
+    made, inner = [], measuring.scene_of
+    monkeypatch.setattr(measuring, "scene_of", lambda *given: made.append(given[1]) or inner(*given))
+    found = study(tmp_path)
+    assert len(made) == len(set(made)) == len(found.measured)
+
+
 @pytest.mark.full
 def test_an_interruption_keeps_what_is_done_and_goes_on(formula, tmp_path):
     formula.stop_after = 4
