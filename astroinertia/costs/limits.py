@@ -1,13 +1,14 @@
 """What matter allows of a time step, as it is in the course of a run."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from astroinertia.effects.entries import DIFFUSION_PART, FREE_FALL_PART
+from astroinertia.effects import catalogue
+from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.plan import code_units, smoothing, softening
 from astroinertia.scene.schema import Scene
 
@@ -46,7 +47,12 @@ def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
     factor, units = scene.numerics.free_fall_factor, code_units(scene)
     times = np.array([matter.time for matter in course])
     whole = float(course[0].mass.sum())
-    each = [allowed(scene, whole, matter) for matter in course]
+    effects = [
+        catalogue.build(kind, options_in_code_units(options, scene.entries[kind].options, units), scene.entries)
+        for kind, options in scene.effects.items()
+        if scene.entries[kind].made.limited_by_density
+    ]
+    each = [_allowed(scene, effects, whole, matter) for matter in course]
     shortest = (np.minimum.reduce([*of.values()]) for of in each)
     found = np.transpose([_quantiles(of, matter.mass) for of, matter in zip(shortest, course, strict=True)])
     first = {name: float(of.min()) for name, of in each[0].items()}
@@ -65,19 +71,14 @@ def length(scene: Scene, whole: float, density: np.ndarray) -> np.ndarray:
     return smoothing(scene)[0] * (whole / body.placed(scene, body.particles) / density) ** (1.0 / 3.0)
 
 
-def allowed(scene: Scene, whole: float, matter: Matter) -> dict[str, np.ndarray]:
+def _allowed(scene: Scene, effects: Sequence[Any], whole: float, matter: Matter) -> dict[str, np.ndarray]:
     """The longest step (K,) of each part of a body of that mass, by its criteria."""
     numerics, of_length = scene.numerics, length(scene, whole, matter.density)
     found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(matter.acceleration, LEAST))}
     if "pressure" in scene.effects:
         found["pressure"] = numerics.courant * of_length / np.maximum(matter.signal, STILL)
-    if "gravity" in scene.effects:
-        found["gravity"] = numerics.courant * FREE_FALL_PART * np.sqrt(3.0 * math.pi / (32.0 * matter.density))
-    if "shear_viscosity" in scene.effects:
-        stated = scene.effects["shear_viscosity"]["kinematic_viscosity"]
-        viscosity = float(code_units(scene).to_code(stated, "viscosity"))
-        found["shear_viscosity"] = numerics.courant * DIFFUSION_PART * of_length**2 / max(viscosity, LEAST)
-    return found
+    fluid = SimpleNamespace(mass=matter.mass, density=matter.density, smoothing_length=of_length)
+    return found | {effect.kind: numerics.courant * effect.timestep(np, fluid) for effect in effects}
 
 
 def _quantiles(of_parts: np.ndarray, mass: np.ndarray) -> np.ndarray:

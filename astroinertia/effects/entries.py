@@ -83,5 +83,3 @@ class Entry:
 FRAME = choice("the axes that it is given in", "inertial", "body")  # of torques
 AXIS = (0.0, 0.0, 1.0)
 FORCE_ERROR = 2e-4  # of gravity, wanted rms of |da|/|a|: less than the fluid's own discretisation leaves
-DIFFUSION_PART = 0.125  # of h^2/nu, that the limit of viscous steps is (Morris, Fox & Zhu 1997, JCP 136, 214, eq. 20)
-FREE_FALL_PART = 0.3  # of the free-fall time, that gravity's own time-step limit is

@@ -37,6 +37,8 @@ class ParticleParts:
     """Acts between particles along their separation: no net force, symmetric virial tensor."""
     whole_body: ClassVar[bool] = False
     """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
+    limited_by_density: ClassVar[bool] = False
+    """Its time step follows from options, density and smoothing length alone, so that it is known before a run."""
 
     @property
     def needs_zeta(self) -> bool:

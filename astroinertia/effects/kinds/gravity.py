@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
-from astroinertia.effects.entries import FORCE_ERROR, FREE_FALL_PART
+from astroinertia.effects.entries import FORCE_ERROR
 from astroinertia.effects.measure import ZONE, Found, Measure, Options, within_all
 from astroinertia.effects.one_zone import difference
 from astroinertia.engines.elementwise import elementwise
@@ -15,6 +15,8 @@ from astroinertia.sph.fourth_order import smoothed
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.standard_volumes import weighed
 from astroinertia.units import ALL_MODELS, Option, choice
+
+FREE_FALL_PART = 0.3  # of the free-fall time, that its time-step limit is
 
 
 def softening_pair(xp, dW_i, dW_j, zeta_over_omega_i, zeta_over_omega_j):
@@ -68,6 +70,7 @@ class Gravity(Effect):
 
     kind: ClassVar[str] = "gravity"
     central: ClassVar[bool] = True
+    limited_by_density: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):

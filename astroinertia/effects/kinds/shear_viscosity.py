@@ -6,12 +6,12 @@ from typing import Any, ClassVar
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.bodies.bar_limits import SECULAR
 from astroinertia.effects import Characteristic, Effect, Entry, Output, PairTerm, pytree
-from astroinertia.effects.entries import DIFFUSION_PART
 from astroinertia.effects.measure import Found, Measure, Options, within_all
 from astroinertia.units import REQUIRED, not_negative
 
 # 2 (d + 2) in d = 3 dimensions: what makes the sum over radial velocities the Laplacian.
 DIRECTIONS = 10.0
+DIFFUSION_PART = 0.125  # of h^2/nu, that its time-step limit is (Morris, Fox & Zhu 1997, JCP 136, 214, eq. 20)
 
 
 def shear_viscosity_pair(xp, r, v_r, dW_i, dW_j, density_i, density_j, kinematic_viscosity_i, kinematic_viscosity_j):
@@ -48,6 +48,7 @@ class ShearViscosity(Effect):
 
     kind: ClassVar[str] = "shear_viscosity"
     central: ClassVar[bool] = True
+    limited_by_density: ClassVar[bool] = True
 
     @property
     def neighbour_terms(self):

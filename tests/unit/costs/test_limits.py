@@ -1,6 +1,7 @@
 """What matter allows of a time step, against particles themselves."""
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from astroinertia.build.assemble import prepare
 from astroinertia.costs import machine, plan_lines
 from astroinertia.costs.prediction import predict
+from astroinertia.effects import Effect, pytree
 from astroinertia.models.sph.limits import timestep_limits
 from astroinertia.scene import load
 
@@ -50,3 +52,24 @@ def test_limits_at_first_are_about_those_of_the_body(text, tmp_path, monkeypatch
         assert np.median(found[name]) == pytest.approx(expected, rel=0.6), name
     (line,) = (line for line in plan_lines.lines(scene, cost) if line.name == "time step at first")
     assert all(name in line.value for name in cost.first)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Diffusion(Effect):
+    """Something that has half of the smoothing length's time to diffuse."""
+
+    kind: ClassVar[str] = "diffusion"
+    limited_by_density: ClassVar[bool] = True
+
+    def timestep(self, xp, fluid):
+        """h^2/2."""
+        return 0.5 * fluid.smoothing_length**2
+
+
+def test_an_effect_of_the_users_own_limits_predicted_steps_as_it_says():
+    scene = load.loads(SCENE.replace("[time]", "[effects.diffusion]\n[time]"), effects=[Diffusion])
+    alone = load.loads(SCENE.replace("[time]", "[effects.shear_viscosity]\nkinematic_viscosity = 0.25\n[time]"))
+    own, stated = (predict(each, machine.shipped()) for each in (scene, alone))
+    assert own is not None and stated is not None
+    assert own.first["diffusion"] == pytest.approx(stated.first["shear_viscosity"])  # h^2/(8 nu)
