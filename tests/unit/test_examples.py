@@ -106,7 +106,7 @@ INSIDES = {
     ),  # parts of a sweep under way
     "studies.core_collapse.dynamics",
     *("studies.turning_planets.orbits", "studies.turning_planets.torque_of", "studies.turning_planets.axis_history"),
-    *("studies.relax.polytrope_problem", "studies.spinning_planet"),
+    "studies.relax.polytrope_problem",
 }
 # What takes seconds to minutes, or a run of its own: tests and scenes show it.
 LONG = {
