@@ -8,17 +8,15 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.bodies import j2000
-from astroinertia.bodies.planets import body
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
 from astroinertia.process.quantities import with_quantities
-from astroinertia.rotation import precession
 from astroinertia.rotation.precession import JULIAN_YEAR
 from astroinertia.rotation.secular_orbits import NodeModes, node_modes
 from astroinertia.rotation.secular_spin import spin_history
+from astroinertia.studies.precession import first_order_rates
+from astroinertia.studies.turning_planets import PLANETS
 
-# Directions of spin at J2000, right ascension and declination in degrees: Archinal et al. 2018, CMDA 130, 22.
-_POLES = {"Earth": (0.0, 90.0), "Mars": (317.681429, 52.886509)}
 _SAMPLES = 20001
 
 
@@ -50,17 +48,16 @@ def obliquity_history(
     and for fewer than two samples. Checked by tests/unit/rotation/test_secular_orbits.py.
     """
     name = name.capitalize()
-    if name not in _POLES:
-        raise SceneError(f"the obliquity of {name} over ages is not known here; take {' or '.join(_POLES)}")
+    if name not in PLANETS:
+        raise SceneError(f"the obliquity of {name} over ages is not known here; take {' or '.join(PLANETS)}")
     if not 0 < years < np.inf or not isinstance(samples, int | np.integer) or samples < 2:
         raise SceneError("an obliquity is followed for a time above 0, and recorded twice or more, a whole number")
     names, modes = planetary_planes()
     k = names.index(name)
-    right, declination = np.radians(_POLES[name])
-    pole = j2000.ecliptic_axes() @ np.array(
-        [np.cos(declination) * np.cos(right), np.cos(declination) * np.sin(right), np.sin(declination)]
-    )
-    alpha = _alpha(name) if precession_constant is None else precession_constant
+    planet = PLANETS[name]()
+    pole = j2000.ecliptic_axes() @ planet.axes.T @ [0.0, np.sin(planet.obliquity), np.cos(planet.obliquity)]
+    own = float(first_order_rates(planet)["all"] / np.cos(planet.obliquity))
+    alpha = own if precession_constant is None else precession_constant
     times = np.linspace(0.0, years * JULIAN_YEAR, samples)
     history = spin_history(times, pole, alpha, modes.amplitudes[k], modes.rates, modes.phases[k])
     x, y, z = history.normal.T
@@ -71,17 +68,10 @@ def obliquity_history(
     return xr.Dataset(
         variables("time", angles),
         variables("time", {"time": (times, "s", "time from J2000")}),
-        {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": history.steps},
+        {
+            "title": f"obliquity of {name}",
+            "body": name,
+            "precession_constant": alpha,
+            "steps": history.steps,
+        },
     )
-
-
-def _alpha(name: str) -> float:
-    """The precession constant of today."""
-    planet = body(name)
-    if name == "Earth":
-        return precession.luni_solar_precession().total / float(np.cos(planet.value("obliquity")))
-    ratio = planet.adopted("polar_moment_ratio")
-    sun = body("Sun").gravitational_parameter
-    orbit = (sun, 1.523679342 * 149597870700.0, 0.0934006)  # Simon et al. 1994, A&A 282, 663
-    ellipticity = planet.zonal_harmonic(ratio.radius) / ratio.value
-    return float(precession.precession_constant(ellipticity, planet.angular_velocity, *orbit))

@@ -14,6 +14,7 @@ import jax
 import numpy as np
 import xarray as xr
 
+from astroinertia.bodies.mean_orbits import mean_companions
 from astroinertia.bodies.planets import body
 from astroinertia.dataset.variables import variables
 from astroinertia.errors import SceneError
@@ -24,15 +25,14 @@ from astroinertia.rotation.harmonic_fit import HarmonicFit, harmonic_fit
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
 from astroinertia.rotation.spice import Kernels
 from astroinertia.studies import turning_planets
-from astroinertia.studies.turning_planets import Planet
+from astroinertia.studies.turning_planets import PLANETS, Planet
+from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity
 
-_PLANETS = {"Earth": turning_planets.earth, "Mars": turning_planets.mars}
 _STEPS_PER_DAY = 6
 _PER_CENTURY = ARCSECOND / (100 * JULIAN_YEAR)
 _PER_YEAR = 1e-3 * ARCSECOND / JULIAN_YEAR  # of milliarcseconds
 _SHORTEST = 0.25  # of a planet's span: one turn of the Moon's node, five years of Mars
 _NODE = 0  # the term of 18.6 years among those of the Earth
-_MARS_AXIS, _MARS_ECCENTRICITY = 1.523679342 * 149597870700.0, 0.0934006  # Simon et al. 1994, A&A 282, 663
 
 # Of the rate on the ecliptic of J2000, arc seconds a century: Capitaine, Wallace & Chapront 2003, A&A 412, 567.
 _IAU_2006, _IAU_GENERAL = 5038.481507, 5028.796195
@@ -47,8 +47,6 @@ _EARTH_SOURCE = "Capitaine, Wallace & Chapront 2003, A&A 412, 567, table 3"
 # Rate and its standard deviation in mas a year, and C/(M a^2) from it: Konopliv et al. 2016, Icarus 274, 253; Baland et
 # al. 2020, Celest. Mech. Dyn. Astron. 132, 47.
 _MARS_RATE, _MARS_RATE_ERROR, _MARS_RATIO, _MARS_RATIO_ERROR = 7608.3, 2.1, 0.36367, 0.00010
-# Phobos and Deimos: GM in m3 s-2 and semi-major axis in m; Jacobson & Lainey 2014, Planet. Space Sci. 102, 35.
-_MARS_MOONS = ((7.087e5, 9375e3), (9.62e4, 23458e3))
 
 
 @with_quantities(years="yr")
@@ -70,11 +68,11 @@ def precession(
     orbits, and attributes say so. SceneError for another planet, for less than a quarter of that span, for less than a
     step a day, and for kernels without what is needed.
     """
-    if name not in _PLANETS:
+    if name not in PLANETS:
         raise SceneError(
-            f"the precession of {name} is not known here; take {' or '.join(_PLANETS)}, or own_precession.precession_of"
+            f"the precession of {name} is not known here; take {' or '.join(PLANETS)}, or own_precession.precession_of"
         )
-    planet = _PLANETS[name](kernels)
+    planet = PLANETS[name](kernels)
     span, least = planet.span if years is None else years * JULIAN_YEAR, _SHORTEST * planet.span
     if not least <= span < np.inf or steps_per_day < 1:
         raise SceneError(
@@ -142,7 +140,7 @@ def _dataset(
     planet: Planet, angles: tuple[np.ndarray, ...], rates: dict[str, float], motion: HarmonicFit, tilting: HarmonicFit
 ) -> xr.Dataset:
     times, longitude, tilt = angles
-    formula = _formula(planet)
+    formula = first_order_rates(planet)
     along_time = {
         "longitude": (longitude, "rad", "how far the node of the equator has gone back"),
         "obliquity": (tilt, "rad", "obliquity to the orbit of J2000"),
@@ -173,13 +171,17 @@ def _origins(name: str, kernels: Kernels) -> dict[str, str]:
     return {key: said for key, there in found.items() if there}
 
 
-def _formula(planet: Planet) -> dict[str, float]:
+def first_order_rates(planet: Planet) -> dict[str, float]:
+    """Rates by first-order formulae, rad s-1, of all torques and of each part of them that such a formula knows.
+
+    >>> rates = first_order_rates(turning_planets.earth())
+    >>> print(f"{rates['Moon'] / rates['Sun']:.2f}")  # the Moon's torque is twice the Sun's
+    2.16
+    """
     if planet.name == "Earth":
         luni_solar = formulae.luni_solar_precession(planet.ellipticity, planet.spin_rate, planet.obliquity)
         return {"all": luni_solar.total, "Sun": luni_solar.solar, "Moon": luni_solar.lunar}
-    sun = planet.others["Sun"].gravitational_parameter
-    orbit = (sun, _MARS_AXIS, _MARS_ECCENTRICITY)
-    rate = float(formulae.precession_rate(planet.ellipticity, planet.spin_rate, planet.obliquity, *orbit))
+    rate = float(formulae.precession_rate(planet.ellipticity, planet.spin_rate, planet.obliquity, *planet.orbit))
     return {"all": rate, "Sun": rate}
 
 
@@ -199,9 +201,7 @@ def _corrected(dataset: xr.Dataset, corrections: dict[str, float], sources: list
 def _of_the_earth(
     dataset: xr.Dataset, planet: Planet, orbits: Ephemeris, motion: HarmonicFit, tilt: HarmonicFit
 ) -> xr.Dataset:
-    relativity = formulae.geodesic_precession(
-        planet.others["Sun"].gravitational_parameter, formulae.SUN_SEMI_MAJOR_AXIS, formulae.SUN_ECCENTRICITY
-    )
+    relativity = formulae.geodesic_precession(*planet.orbit)
     corrections = {"geodesic precession": -float(relativity)}
     corrections |= {name: value * _PER_CENTURY for name, value in _EARTH_CORRECTIONS.items()}
     sources = ["de Sitter 1916", *[_EARTH_SOURCE] * len(_EARTH_CORRECTIONS)]
@@ -224,13 +224,16 @@ def _of_mars(
 ) -> xr.Dataset:
     mars, rate = body("Mars"), float(dataset["precession_rate"].sel(part="all"))
     j2, ratio = mars.adopted("j2"), mars.adopted("polar_moment_ratio").value
+    satellites = mean_companions("Mars")[1:]
     bulge, momentum = formulae.moons_of_the_equator(
-        mars.gravitational_parameter, j2.radius, planet.spin_rate, *zip(*_MARS_MOONS, strict=True)
+        mars.gravitational_parameter,
+        j2.radius,
+        planet.spin_rate,
+        [GRAVITATIONAL_CONSTANT * one["mass"] for one in satellites],
+        [quantity(one["semi_major_axis"], "length") for one in satellites],
     )
     moons = (1 + bulge / j2.value) / (1 + momentum / ratio) - 1
-    relativity = formulae.geodesic_precession(
-        planet.others["Sun"].gravitational_parameter, _MARS_AXIS, _MARS_ECCENTRICITY
-    )
+    relativity = formulae.geodesic_precession(*planet.orbit)
     corrections = {"geodesic precession": -float(relativity), "Phobos and Deimos, held to the equator": rate * moons}
     sources = ["de Sitter 1916", "Goldreich 1966, Rev. Geophys. 4, 411; orbits of Jacobson & Lainey 2014"]
     dataset = _corrected(dataset, corrections, sources, _MARS_RATE * _PER_YEAR)

@@ -7,13 +7,14 @@ SPICE kernels (`rotation.spice`), which may give the pole and the rate of rotati
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.bodies import j2000
+from astroinertia.bodies.mean_orbits import mean_companions
 from astroinertia.bodies.planets import body
 from astroinertia.effects.kinds.gravity_gradient import GravityGradient
 from astroinertia.engines.brief import brief
@@ -23,6 +24,7 @@ from astroinertia.rotation import spice
 from astroinertia.rotation.attitude import quaternion
 from astroinertia.rotation.ephemeris import Ephemeris, ephemeris
 from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
+from astroinertia.units import quantity
 
 DAY = 86400.0
 _CENTURY = 100 * JULIAN_YEAR
@@ -55,9 +57,10 @@ _MARS_YEARS, _MARS_HARMONICS = 20, 6
 class Planet(NamedTuple):
     """A planet that turns, SI: others are relative to it, in axes in which its pole is (0, sin, cos)(obliquity).
 
-    axes (3, 3): those axes as rows in ICRF axes. kernels: of SPICE, whose orbits the others follow; none: REBOUND's.
-    parts: names of the bodies whose torque is looked at alone; frequencies and phases (J,) of the terms of its motion;
-    span: the length of time in which they are separated well; every: time between records.
+    orbit: GM of the Sun, mean semi-major axis and eccentricity. axes (3, 3): those axes as rows in ICRF axes. kernels:
+    of SPICE, whose orbits the others follow; none: REBOUND's. parts: names of the bodies whose torque is looked at
+    alone; frequencies and phases (J,) of the terms of its motion; span: the length of time in which they are separated
+    well; every: time between records.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Planet(NamedTuple):
     spin_rate: float
     obliquity: float
     parameter: float
+    orbit: tuple[float, float, float]
     others: Mapping[str, j2000.State]
     parts: Mapping[str, tuple[str, ...]]
     frequencies: np.ndarray
@@ -83,27 +87,17 @@ def earth(kernels: spice.Kernels = ()) -> Planet:
     >>> print(f"{np.degrees(earth().obliquity):.2f}")
     23.44
     """
-    planet = body("Earth")
-    axes, obliquity, spin_rate = j2000.ecliptic_axes(), j2000.MEAN_OBLIQUITY, planet.angular_velocity
-    if kernels and spice.has_orientation(kernels, "Earth"):
-        turning = spice.orientation(kernels, "Earth")
-        (axes, obliquity), spin_rate = _axes_between(turning.pole, axes[2]), turning.spin_rate
-    others, orbit_kernels = _others("Earth", kernels)
-    others = {name: _turned(one, axes) for name, one in others.items()}
-    return Planet(
-        name="Earth",
-        ellipticity=planet.value("dynamical_ellipticity"),
-        spin_rate=spin_rate,
-        obliquity=obliquity,
+    return _planet(
+        "Earth",
+        kernels,
+        pole=np.array([0.0, 0.0, 1.0]),
+        normal=j2000.ecliptic_axes()[2],
+        ellipticity=body("Earth").value("dynamical_ellipticity"),
         parameter=j2000.EARTH_PARAMETER,
-        others=others,
-        parts={"Sun": ("Sun",), "Moon": ("Moon",), "planets": tuple(set(others) - {"Sun", "Moon"})},
         frequencies=_EARTH_TERMS @ _ARGUMENT_RATES,
         phases=_EARTH_TERMS @ _ARGUMENTS,
         span=_NODE_TURNS * 2 * np.pi / abs(_ARGUMENT_RATES[-1]),
         every=5 * DAY,
-        axes=axes,
-        kernels=orbit_kernels,
     )
 
 
@@ -118,33 +112,47 @@ def mars(kernels: spice.Kernels = ()) -> Planet:
     planet = body("Mars")
     ratio = planet.adopted("polar_moment_ratio")
     right_ascension, declination = _MARS_POLE
-    pole = np.array([
-        np.cos(declination) * np.cos(right_ascension), np.cos(declination) * np.sin(right_ascension),
-        np.sin(declination),
-    ])  # fmt: skip
-    spin_rate = planet.angular_velocity
-    if kernels and spice.has_orientation(kernels, "Mars"):
-        turning = spice.orientation(kernels, "Mars")
-        pole, spin_rate = turning.pole, turning.spin_rate
-    others, orbit_kernels = _others("Mars", kernels)
-    sun = others["Sun"]
-    axes, obliquity = _axes_between(pole, np.cross(sun.position, sun.velocity))
-    others = {name: _turned(one, axes) for name, one in others.items()}
-    motion = 2 * np.pi / _MARS_YEAR
-    return Planet(
-        name="Mars",
+    return _planet(
+        "Mars",
+        kernels,
+        pole=np.array([
+            np.cos(declination) * np.cos(right_ascension), np.cos(declination) * np.sin(right_ascension),
+            np.sin(declination),
+        ]),
         ellipticity=planet.zonal_harmonic(ratio.radius) / ratio.value,
-        spin_rate=spin_rate,
-        obliquity=obliquity,
         parameter=planet.gravitational_parameter,
-        others=others,
-        parts={"Sun": ("Sun",), "planets": tuple(set(others) - {"Sun"})},
-        frequencies=motion * np.arange(1, 1 + _MARS_HARMONICS),
+        frequencies=2 * np.pi / _MARS_YEAR * np.arange(1, 1 + _MARS_HARMONICS),
         phases=np.zeros(_MARS_HARMONICS),
         span=_MARS_YEARS * _MARS_YEAR,
         every=10 * DAY,
+    )  # fmt: skip
+
+
+PLANETS = {"Earth": earth, "Mars": mars}
+
+
+def _planet(
+    name: str, kernels: spice.Kernels, pole: np.ndarray, normal: np.ndarray | None = None, **own: Any
+) -> Planet:
+    """A planet with that pole, in ICRF axes, or that of kernels; normal: of the fixed orbit, its own unless given."""
+    spin_rate = body(name).angular_velocity
+    if kernels and spice.has_orientation(kernels, name):
+        turning = spice.orientation(kernels, name)
+        pole, spin_rate = turning.pole, turning.spin_rate
+    others, orbit_kernels = _others(name, kernels)
+    sun, mean = others["Sun"], mean_companions(name)[0]
+    axes, obliquity = _axes_between(pole, np.cross(sun.position, sun.velocity) if normal is None else normal)
+    return Planet(
+        name=name,
+        spin_rate=spin_rate,
+        obliquity=obliquity,
+        orbit=(sun.gravitational_parameter, quantity(mean["semi_major_axis"], "length"), float(mean["eccentricity"])),
+        others={other: _turned(one, axes) for other, one in others.items()},
+        parts={one: (one,) for one in ("Sun", "Moon") if one in others}
+        | {"planets": tuple(set(others) - {"Sun", "Moon"})},
         axes=axes,
         kernels=orbit_kernels,
+        **own,
     )
 
 
