@@ -17,7 +17,6 @@ from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import OutOfReach, Pilots, Settings, seconds_of
 from astroinertia.costs import smooth
 from astroinertia.errors import SceneError
-from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.scene.schema import Scene
 
 SHARE = 0.4  # of the wanted accuracy that the method may err, for the estimate has an error of its own
@@ -81,9 +80,9 @@ def methods(scene: Scene, accuracy: float) -> tuple[Method, ...]:
             Method(
                 f"steps_per_rotation of order {order}", tuple(steps), _splitting(order),
                 lambda value: 1.0 / value, lambda step: 1.0 / step, float(order), (1.0, order + 0.5), between=True,
-                stages=float(len(stages)),
+                stages=float(stages),
             )
-            for order, stages in COMPOSITIONS.items()
+            for order, stages in smooth.STAGES.items()
         ),
         by_tolerance,
     )  # fmt: skip

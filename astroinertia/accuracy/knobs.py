@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from astroinertia.costs.smooth import STAGES
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.plan import gravity_method
@@ -24,7 +25,6 @@ _TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1
 _SMOOTHING_TOLERANCES = (1e-2, 1e-3, 1e-5, 1e-8)
 _NEIGHBOUR_FACTORS = (0.7, 1.0, 1.6)
 _KERNELS = ("cubic", "quartic", "wendland_c2", "quintic", "wendland_c4", "wendland_c6")
-_ORDERS = (2, 4, 6, 8)
 _RUNGS = ("scaling", "ellipsoid", "sph")
 MODEL = "model"
 """Knob of the rungs of the ladder of models."""
@@ -284,9 +284,9 @@ def _of_rigid(scene: Scene) -> tuple[Knob, ...]:
         return (_tolerance(scene), _splitting(scene, ("numerics.integrator='splitting'",)))
     steps = _splitting(scene, ())
     order = Knob(
-        "order", "order of the splitting", tuple(map(float, _ORDERS)), float(numerics.order),
+        "order", "order of the splitting", tuple(map(float, STAGES)), float(numerics.order),
         lambda value: (f"numerics.order={value:.0f}",),
-        cost=lambda value: {2: 1.0, 4: 3.0, 6: 9.0, 8: 15.0}[int(value)],
+        cost=lambda value: STAGES[int(value)],
     )  # fmt: skip
     return steps, order, _tolerance(scene, ("numerics.integrator='adaptive'",), "adaptive_tolerance")
 

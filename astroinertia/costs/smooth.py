@@ -13,6 +13,7 @@ from astroinertia.scene.schema import Scene
 # Radians of the fastest motion in a step of order 8(7), over tolerance^(1/8): 4.6 to 5.0 and 8 to 11 as measured on a
 # pulsating spheroid and a free top, at tolerances of 1e-6 to 1e-12.
 REACH = {"ellipsoid": 4.9, "adaptive": 9.5}
+STAGES = {2: 1, 4: 5, 6: 9, 8: 17}  # of a splitting, by its order; the machine's steps are of order 8
 # What a step of a rigid body takes with a companion, whose place and torque are found at every stage, over one without:
 # 74 over 7.3 and 56 over 21 us, of the Earth with the Moon.
 WITH_COMPANIONS = {"splitting": 10.0, "adaptive": 2.6}
@@ -43,8 +44,9 @@ def steps(scene: Scene, written: int) -> float:
 
 
 def of_step(scene: Scene) -> float:
-    """What a step takes over one without companions."""
-    return WITH_COMPANIONS.get(kind(scene), 1.0) if scene.companions else 1.0
+    """What a step takes over one of the default order without companions."""
+    stages = STAGES[scene.numerics.order] / STAGES[8] if kind(scene) == "splitting" else 1.0
+    return stages * (WITH_COMPANIONS.get(kind(scene), 1.0) if scene.companions else 1.0)
 
 
 def _pace(body: Characteristic) -> float:
