@@ -21,7 +21,7 @@ from astroinertia.costs import experience
 from astroinertia.costs.machine import peak_memory
 from astroinertia.errors import ArchiveError, NumericalError, SceneError
 from astroinertia.models.protocol import Evolution
-from astroinertia.run.loop import Progress, run_prepared
+from astroinertia.run.loop import run_prepared
 from astroinertia.scene.plan import gravity_method
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.atomic import own_folder, read_json, write_json
@@ -117,7 +117,6 @@ def measure(
     scene: Scene,
     observables: Sequence[SelectedObservable],
     folder: Path,
-    listener: Callable[[Progress], None] | None = None,
     rehearsed: bool = True,
 ) -> Measured:
     """Run a scene in `folder` and say what it gave and took; what an interruption left there is run again.
@@ -132,7 +131,7 @@ def measure(
 
     with jax.enable_x64(True):
         try:
-            measured = _measured(scene, observables, folder, listener, rehearsed)
+            measured = _measured(scene, observables, folder, rehearsed)
         except NumericalError as error:
             measured = failed(str(error), observables)
     folder.mkdir(parents=True, exist_ok=True)
@@ -146,10 +145,7 @@ def failed(sentence: str, observables: Sequence[SelectedObservable]) -> Measured
     return Measured(nothing, {}, *[float("nan")] * 5, steps=0, failure=sentence)
 
 
-def _measured(
-    scene: Scene, observables: Sequence[SelectedObservable], folder: Path, listener: Callable[[Progress], None] | None,
-    rehearsed: bool,
-) -> Measured:  # fmt: skip
+def _measured(scene: Scene, observables: Sequence[SelectedObservable], folder: Path, rehearsed: bool) -> Measured:
     try:
         _compile(scene)
         _forget_peak()
@@ -163,7 +159,7 @@ def _measured(
         _rehearse(prepared.evolution, prepared.outputs.end)
     folder.parent.mkdir(parents=True, exist_ok=True)
     begin = clock.perf_counter()
-    file = run_prepared(metadata(scene), replace(prepared, evolution=body), folder, listener, clock.monotonic())
+    file = run_prepared(metadata(scene), replace(prepared, evolution=body), folder, None, clock.monotonic())
     wall = preparation + clock.perf_counter() - begin
     dataset = datasets.open(file)
     values = {observable.name: value(dataset, observable).tolist() for observable in observables}

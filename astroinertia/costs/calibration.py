@@ -13,7 +13,7 @@ from typing import Any
 
 import netCDF4
 
-from astroinertia.costs.machine import FORMAT, Machine, described, keep, read, shipped
+from astroinertia.costs.machine import Machine, described, keep, read, shipped
 from astroinertia.costs.probe_scenes import SCALING
 from astroinertia.errors import NumericalError
 from astroinertia.process.children import completed
@@ -68,11 +68,7 @@ def checked(seconds: dict[str, Seconds], memory: dict[str, float]) -> Machine:
     """The machine with these costs; NumericalError where one is missing or no number."""
     expected = shipped()
     wrong = (seconds.keys() ^ expected.seconds.keys()) | (memory.keys() ^ expected.memory.keys())
-    content = {
-        "format": FORMAT, "machine": described(), "memory": memory,
-        "seconds": {name: [cost.wall, cost.processor] for name, cost in seconds.items()},
-    }  # fmt: skip
-    machine = read(content, described())
+    machine = read(Machine(seconds, memory, True, described()).content, described())
     if machine is None:
         raise NumericalError(f"the machine could not be measured: a cost is missing or out of bounds {sorted(wrong)}")
     return machine

@@ -40,6 +40,12 @@ class Machine:
     calibrated: bool
     description: dict[str, Any]
 
+    @property
+    def content(self) -> dict[str, Any]:
+        """What is kept of it, as plain data that `read` takes."""
+        seconds = {name: [cost.wall, cost.processor] for name, cost in self.seconds.items()}
+        return {"format": FORMAT, "machine": self.description, "seconds": seconds, "memory": self.memory}
+
 
 # As `calibrate` found on two machines of two x86-64 cores with AVX-512, an AMD EPYC and an Intel Xeon that takes 1.4
 # times as long: between them, by their geometric mean (tests/benchmarks/results/predicted_steps.md has runs against
@@ -153,15 +159,9 @@ def _sound(value: Any, most: float) -> bool:
 def keep(machine: Machine) -> Path | None:
     """Keep a calibration in the user's cache; its file, or None where that cannot be written."""
     path = cache_directory() / FILE
-    content = {
-        "format": FORMAT,
-        "machine": machine.description,
-        "seconds": {name: [cost.wall, cost.processor] for name, cost in machine.seconds.items()},
-        "memory": machine.memory,
-    }
     with suppress(OSError, ArchiveError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_json(path, content)
+        write_json(path, machine.content)
         return path
     return None
 

@@ -23,12 +23,8 @@ def filled(template: str, **parts: str) -> str:
 
 def write_page(path: Path, markup: str) -> None:
     """Write a page whole or not at all; ArchiveError where that cannot be done, or would destroy what is no page."""
-
-    def fill(aside: Path) -> None:
-        aside.write_text(markup, encoding="utf-8")
-
     overwriting.check(path, overwriting.HTML)
-    write_whole(path, fill)
+    write_whole(path, lambda aside: aside.write_text(markup, encoding="utf-8"))
 
 
 def text(value: Any) -> str:

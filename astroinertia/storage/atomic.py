@@ -37,7 +37,7 @@ _LARGEST_JSON = 32 * 2**20  # bytes
 _MOST_VALUES = 2_000_000  # in a JSON file: an empty list takes 2 bytes there, and 60 in memory
 
 
-def write_whole(path: Path, fill: Callable[[Path], None]) -> str:
+def write_whole(path: Path, fill: Callable[[Path], object]) -> str:
     """Let `fill` write a file under a temporary name, sync it, give it its name, sync the folder; returns its sha256.
 
     The temporary name is this call's own: of several that write the same path at once, the last to be whole stays.
@@ -106,11 +106,7 @@ def sha256(path: Path) -> str:
 def write_json(path: Path, content: Any) -> str:
     """Write JSON whole; floats survive bit for bit (the shortest text that reads back the same)."""
     text = json.dumps(content, indent=1, allow_nan=True) + "\n"
-
-    def fill(aside: Path) -> None:
-        aside.write_text(text)
-
-    return write_whole(path, fill)
+    return write_whole(path, lambda aside: aside.write_text(text))
 
 
 def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, Any] | None = None) -> str:

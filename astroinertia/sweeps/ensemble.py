@@ -25,7 +25,7 @@ from astroinertia.storage.atomic import remove_leftovers, write_whole
 from astroinertia.sweeps import combined, folder as folders
 from astroinertia.sweeps.cluster import by_cluster
 from astroinertia.sweeps.folder import SESSION, Failure
-from astroinertia.sweeps.members import Outcome, Task, carry_out
+from astroinertia.sweeps.members import Task, carry_out
 from astroinertia.sweeps.workers import side_by_side
 
 DEFAULT_MINUTES = 60.0  # that a member may take whose settings are chosen for an accuracy
@@ -184,7 +184,7 @@ def _carry_out(
     begun, before = clock.monotonic(), count - len(tasks)
     numbers = {task.number for task in tasks}
     failed = sum(number not in numbers and folders.failure(folder, number) is not None for number in range(count))
-    outcomes: Any = _one_by_one(tasks)
+    outcomes: Any = (carry_out(task) for task in tasks)
     if tasks and cluster is not None:
         outcomes = by_cluster(tasks, cluster, deadline)
     elif tasks and workers > 1:
@@ -216,21 +216,12 @@ def _combine(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> None:
         combined.write(sweep, folder, failures)
 
 
-def _one_by_one(tasks: Sequence[Task]) -> Iterator[Outcome]:
-    for task in tasks:
-        yield carry_out(task)
-
-
 @contextmanager
 def _session(folder: Path) -> Iterator[str]:
     """The text by which members know that they are still wanted; without its file they stop."""
     session = uuid.uuid4().hex
     path = folder / SESSION
-
-    def fill(aside: Path) -> None:
-        aside.write_text(session)
-
-    write_whole(path, fill)
+    write_whole(path, lambda aside: aside.write_text(session))
     try:
         with interrupts.leaving(path.unlink):
             yield session

@@ -81,7 +81,7 @@ class Formula:
         _, evaluations, stages = self.error(scene)
         return evaluations * stages
 
-    def __call__(self, scene, observables, folder, listener=None, rehearsed=True):
+    def __call__(self, scene, observables, folder, rehearsed=True):
         error, evaluations, stages = self.error(scene)
         seconds = self.seconds * evaluations * stages
         self.runs.append(scene)
@@ -214,7 +214,7 @@ def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(ru
 def test_an_observable_that_no_error_is_relative_to_is_refused(monkeypatch, tmp_path, text, settings, why):
     """Once 250 particles were chosen with an error of nan, or a traceback ended the search of an ellipsoid."""
 
-    def measure(scene, observables, folder, listener=None, rehearsed=True):
+    def measure(scene, observables, folder, rehearsed=True):
         if scene.model == "rigid":
             return measuring.failed("'density_max' is not known: no model here has it.", observables)
         return Measured({each.name: [0.0] for each in observables}, {}, *[0.1] * 5, steps=1, evaluations=100)

@@ -49,7 +49,7 @@ class Formula:
     def __init__(self, exact, timestep=1e-4):
         self.exact, self.timestep, self.runs, self.stop_after, self.fails = exact, timestep, [], None, ""
 
-    def __call__(self, scene, observables, folder, listener, rehearsed):
+    def __call__(self, scene, observables, folder, rehearsed):
         if self.stop_after is not None and len(self.runs) >= self.stop_after:
             raise RunInterrupted(folder, 0.0, 1.0)
         self.runs.append(folder.name)
