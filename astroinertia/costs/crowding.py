@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from astroinertia.process.roots import bisected
 from astroinertia.sph.kernels import Kernel
 
 HALVINGS = 12  # of the interval of log h in which a smoothing length is looked for
@@ -24,17 +25,15 @@ def neighbours(mass: np.ndarray, place: np.ndarray, particle: float, kernel: Ker
     apart, beyond = np.abs(place[:, None] - place), place[:, None] + place
     both = place[:, None] * place
 
-    def content(length: np.ndarray) -> np.ndarray:
+    def sparse(log_length: np.ndarray) -> np.ndarray:
+        length = np.exp(log_length)
         h = length[:, None]
         seen = kernel.softening(np, apart / h) - kernel.softening(np, beyond / h)
-        return length**2 * (mass * seen / (8.0 * math.pi * both)).sum(axis=1)  # h^3 rho
+        mass_of_h = length**2 * (mass * seen / (8.0 * math.pi * both)).sum(axis=1)  # h^3 rho
+        return mass_of_h <= eta**3 * particle
 
-    high = np.full_like(place, WIDEST * place.max())
-    low = high / 2.0**HALVINGS / WIDEST
-    for _ in range(HALVINGS):
-        middle = np.sqrt(low * high)
-        full = content(middle) > eta**3 * particle
-        low, high = np.where(full, low, middle), np.where(full, middle, high)
-    reach = kernel.support * np.sqrt(low * high)[:, None]
+    high = np.full_like(place, math.log(WIDEST * place.max()))
+    length = np.exp(bisected(sparse, high - math.log(WIDEST * 2.0**HALVINGS), high, HALVINGS))
+    reach = kernel.support * length[:, None]
     within = np.clip((reach**2 - apart**2) / (4.0 * both), 0.0, 1.0)
     return (within * mass).sum(axis=1) / particle
