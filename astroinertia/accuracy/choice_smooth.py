@@ -96,7 +96,7 @@ def _splitting(order: int) -> Callable[[float], tuple[str, ...]]:
 
 @dataclass
 class Ladder:
-    """Pilots of a method by its value, from coarse to fine; wanted: the error that it is to have."""
+    """Pilots of a method by its first values, from coarse to fine; wanted: the error that it is to have."""
 
     pilots: Pilots
     method: Method
@@ -109,8 +109,7 @@ class Ladder:
     @property
     def following(self) -> float:
         """The next value to try."""
-        coarsest = self.method.step(min(self.runs, key=self.method.step)) if self.runs else math.inf
-        return next((value for value in self.method.values if self.method.step(value) < 0.99 * coarsest), math.nan)
+        return next(iter(self.method.values[len(self.runs) :]), math.nan)
 
     def climb(self) -> None:
         """One pilot more; the end of the ladder where it fails."""
@@ -130,8 +129,8 @@ class Ladder:
     @property
     def estimate(self) -> Estimate:
         """Of the finest; coarser ones than the last four, or far from it, say nothing of the order that counts."""
-        kept = sorted(self.runs, key=self.method.step)[:4]
-        last = self.runs[kept[0]]
+        kept = [*self.runs][:-5:-1]
+        last = self.runs[self.finest]
         steps = {
             self.method.step(value): run for value in kept if self.pilots.apart(run := self.runs[value], last) < LOST
         }
@@ -140,7 +139,7 @@ class Ladder:
     @property
     def finest(self) -> float:
         """The finest value so far."""
-        return min(self.runs, key=self.method.step)
+        return next(reversed(self.runs))
 
     def work(self, value: float) -> float:
         """Stages that a pilot takes; 0 where nothing says so."""
@@ -245,7 +244,7 @@ def _settled(ladder: Ladder) -> Settings:
     Where the finest is not, what has the wanted error by how it falls; none whose run would cost less than the pilots.
     """
     method, wanted, estimate = ladder.method, ladder.wanted, ladder.estimate
-    ranked = sorted(ladder.runs, key=method.step)
+    ranked = [*reversed(ladder.runs)]
     value, error = ranked[0], estimate.error
     why = f"runs up to {value:g} tell an error of {error:.1e} there, of order {estimate.order:.2g}"
     if error > wanted:
