@@ -6,9 +6,13 @@ Nothing of the program was fitted to them: a seed gives scenes that no one has l
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from astroinertia.accuracy import measuring
+from astroinertia.accuracy.choice import Choice
+from astroinertia.accuracy.measuring import Measured
 from astroinertia.bodies import maclaurin
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -152,3 +156,11 @@ def asked(seed: int) -> Iterator[Asked]:
             accuracy = accuracies[number % len(accuracies)] if accuracies else float(10 ** -random.uniform(3.0, 10.0))
             text, settings = made(random)
             yield Asked(family, number, float(f"{accuracy:.2g}"), text, settings)
+
+
+def carried_out(choice: Choice, folder: Path) -> Measured:
+    """What the chosen setting gives and takes, as a tradeoff measures it."""
+    observables = choice.pilots.observables
+    quiet = measuring.scene_of(choice.scene, measuring.AS_IT_IS, observables)
+    place = measuring.folder_of(folder, quiet, measuring.AS_IT_IS)
+    return measuring.stored(place, observables) or measuring.measure(quiet, observables, place)

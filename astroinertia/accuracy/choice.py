@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from astroinertia.accuracy import choice_particles, choice_smooth, measuring
+from astroinertia.accuracy import choice_particles, choice_smooth
 from astroinertia.accuracy.knobs import MODEL, knobs, overridden
 from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.pilots import Listener, OutOfReach, Pilots, Settings, seconds_of
@@ -36,18 +36,13 @@ class UnreachableAccuracy(SceneError):
 class Choice:
     """A scene with the settings that were chosen for it.
 
-    scene: as it is to be run; settings: the chosen ones, with the errors expected of each source; pilot_seconds: of
-    wall time that finding them took; pilot_work: evaluations of a particle, or stages of steps of a body without
-    particles, that pilots took, and predicted_work, what was predicted of each before it was run; pilot_processor:
-    seconds of the reference machine (costs.reference) that pilots of particles took, as `settings` has of the run.
+    scene: as it is to be run; settings: the chosen ones, with the errors expected of each source; pilots: those that
+    they were found by, and what these took.
     """
 
     scene: Scene
     settings: Settings
-    pilot_seconds: float
-    pilot_work: float
-    predicted_work: float
-    pilot_processor: float
+    pilots: Pilots
 
 
 def pilots_beside(folder: Path) -> Path:
@@ -96,7 +91,7 @@ def choose(
         f"compile; of evaluations {settings.work:.2g} and {pilots.work:.2g}{_processor(settings, pilots)}",
     }
     chosen = chosen.model_copy(update={"choice": record})
-    return Choice(chosen, settings, pilots.spent, pilots.work, pilots.predicted, pilots.processor)
+    return Choice(chosen, settings, pilots)
 
 
 def price_before(scene: Scene) -> str:
@@ -220,19 +215,3 @@ def _of_rung(pilots: Pilots, rung: str, scene: Scene, accuracy: float, seconds: 
         settings, overrides=(setting, *settings.overrides), chosen={MODEL: rung, **settings.chosen},
         reasons=(f"model {rung}", *settings.reasons),
     )  # fmt: skip
-
-
-def measured(choice: Choice, folder: Path) -> Measured:
-    """What the chosen setting gives and takes, as a tradeoff measures it.
-
-    >>> from astroinertia.scene import load
-    >>> scene = load.load_file("sims/tennis_racket.toml", ["accuracy=1e-6", "time.end='1 s'"])
-    >>> run = measured(choose(scene, Path("runs/racket-pilots")), Path("runs/racket-pilots"))
-    >>> print(sorted(run.values))
-    ['angular_velocity', 'attitude 3']
-    """
-    scene = choice.scene
-    observables = tuple(parsed(name, scene.observables) for name in (scene.judged_by or default_names(scene)))
-    quiet = measuring.scene_of(scene, measuring.AS_IT_IS, observables)
-    place = measuring.folder_of(folder, quiet, measuring.AS_IT_IS)
-    return measuring.stored(place, observables) or measuring.measure(quiet, observables, place)

@@ -26,7 +26,7 @@ from astroinertia.accuracy.pilots import Pilots
 from astroinertia.accuracy.selected_observables import default_names, parsed, relative_error
 from astroinertia.process.words import duration
 from astroinertia.storage.cache import content_key
-from tests.delivered_scenes import asked
+from tests.delivered_scenes import asked, carried_out
 
 COUNTS = (250, 750, 2250, 6750, 20250)
 FACTORS = (2.0, 1.0)  # of the time step
@@ -51,10 +51,10 @@ def judged(case, folder):
     row = {"scene": case.name, "asked": case.accuracy, "floor": answer.accuracy}
     try:
         found = choice.choose(scene, folder, MINUTES)
-        measured = choice.measured(found, folder)
+        measured = carried_out(found, folder)
         row |= {
             "delivered": error(measured), "bar": found.settings.bar, "time": measured.cpu_time,
-            "pilots": found.pilot_seconds, "chosen": dict(found.settings.chosen),
+            "pilots": found.pilots.spent, "chosen": dict(found.settings.chosen),
         }  # fmt: skip
     except choice.UnreachableAccuracy as refusal:
         row |= {"refused": str(refusal)}

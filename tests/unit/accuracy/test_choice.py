@@ -28,7 +28,7 @@ from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.process.words import duration
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
-from tests.delivered_scenes import ELLIPSOID
+from tests.delivered_scenes import ELLIPSOID, carried_out
 from tests.tradeoff_scenes import SIMS, TOY_STAR
 
 STAGES = {order: len(stages) for order, stages in COMPOSITIONS.items()} | {"": choice_smooth.STAGES}
@@ -280,8 +280,8 @@ def test_a_refusal_comes_within_a_minute_of_pilots_whatever_time_the_run_has(run
 def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     found = choice.choose(particles(1e-3), tmp_path)
     assert found.scene.model == "ellipsoid"
-    assert choice.measured(found, tmp_path).values["inertia_tensor z z"][0] == pytest.approx(
-        choice.measured(choice.choose(particles(1e-8), tmp_path), tmp_path).values["inertia_tensor z z"][0], rel=1e-3
+    assert carried_out(found, tmp_path).values["inertia_tensor z z"][0] == pytest.approx(
+        carried_out(choice.choose(particles(1e-8), tmp_path), tmp_path).values["inertia_tensor z z"][0], rel=1e-3
     )
 
 
@@ -337,9 +337,9 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
     }[name]
     formula, accuracy = runs(Formula(seconds=1e-9)), finer * accuracy
     found = choice.choose(load.loads(text, (*settings, f"accuracy={accuracy}")), tmp_path)
-    assert found.pilot_work == pytest.approx(sum(map(formula.work, formula.runs)))
-    assert found.pilot_work <= formula.work(found.scene)
-    assert found.pilot_processor <= choice_particles.SURE * found.settings.processor
+    assert found.pilots.work == pytest.approx(sum(map(formula.work, formula.runs)))
+    assert found.pilots.work <= formula.work(found.scene)
+    assert found.pilots.processor <= choice_particles.SURE * found.settings.processor
     assert formula.error(found.scene)[0] <= accuracy
 
 
@@ -358,8 +358,8 @@ def test_real_pilots_cost_at_most_their_run_and_what_was_predicted(tmp_path, rea
     run = measuring.measure(found.scene, names, tmp_path / "run")
     numerics = found.scene.numerics
     stages = STAGES[numerics.order if numerics.integrator == "splitting" else ""]
-    assert 0.0 < found.pilot_work <= run.evaluations * (1 if found.scene.model == "sph" else stages)
-    assert found.pilot_work / 1.5 < found.predicted_work < found.pilot_work * 1.5
+    assert 0.0 < found.pilots.work <= run.evaluations * (1 if found.scene.model == "sph" else stages)
+    assert found.pilots.work / 1.5 < found.pilots.predicted < found.pilots.work * 1.5
 
 
 @pytest.mark.full
@@ -368,9 +368,9 @@ def test_pilots_of_a_long_run_take_at_most_its_processor_time(runs, tmp_path, ac
     """Few particles take several times the processor time of many for each evaluation, of which pilots have fewer."""
     runs(Formula(often=1e4))
     found = choice.choose(particles(accuracy, "model='sph'", "output.align=false"), tmp_path)
-    run, pilots = found.settings.processor, found.pilot_processor
+    run, pilots = found.settings.processor, found.pilots.processor
     assert 10.0 < pilots <= choice_particles.SURE * run
-    assert found.settings.processor / found.settings.work < 0.6 * pilots / found.pilot_work
+    assert found.settings.processor / found.settings.work < 0.6 * pilots / found.pilots.work
     assert found.scene.body.particles > 250  # of which the run would have the accuracy, and cost less
     assert f"{duration(run)} with its start and {duration(pilots)}" in found.scene.choice["price"]
 
@@ -398,7 +398,7 @@ def test_pilots_that_have_lost_their_way_are_not_believed(tmp_path):
     found = choice.choose(scene, tmp_path)
     answer = exact(scene)
     assert answer is not None
-    for name, values in choice.measured(found, tmp_path).values.items():
+    for name, values in carried_out(found, tmp_path).values.items():
         truth = reference_of(answer, parsed(name)).values
         assert np.linalg.norm(np.array(values) - truth) < 1e-6 * np.linalg.norm(truth)
 
@@ -408,7 +408,7 @@ def test_a_real_top_has_the_accuracy(tmp_path):
     scene = load.loads(TOP, ("accuracy=1e-6", "judged_by=['angular_velocity']"))
     found = choice.choose(scene, tmp_path)
     fine = choice.choose(load.loads(TOP, ("accuracy=1e-10", "judged_by=['angular_velocity']")), tmp_path)
-    values = [np.array(choice.measured(each, tmp_path).values["angular_velocity"]) for each in (found, fine)]
+    values = [np.array(carried_out(each, tmp_path).values["angular_velocity"]) for each in (found, fine)]
     error = np.linalg.norm(values[0] - values[1])
     assert (
         found.settings.chosen != fine.settings.chosen
