@@ -12,8 +12,9 @@ from typing import Any
 from astroinertia.costs.smooth import STAGES
 from astroinertia.errors import SceneError
 from astroinertia.scene import load
-from astroinertia.scene.plan import gravity_method
+from astroinertia.scene.plan import gravity_method, smoothing
 from astroinertia.scene.schema import Scene
+from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
 
 Value = float | str
 _FEWEST_PARTICLES = 200  # three times the neighbours of one
@@ -86,7 +87,12 @@ def knobs(scene: Scene) -> tuple[Knob, ...]:
     >>> print([knob.name for knob in knobs(load.load_file("sims/skater.toml"))])
     ['tolerance', 'steps_per_rotation']
     """
-    builders = {"sph": _of_particles, "ellipsoid": _of_ellipsoid, "rigid": _of_rigid, "scaling": lambda _: ()}
+    builders = {
+        "sph": _of_particles,
+        "ellipsoid": lambda scene: (_tolerance(scene),),
+        "rigid": _of_rigid,
+        "scaling": lambda _: (),
+    }
     return (*builders[scene.model](scene), *_model(scene))
 
 
@@ -101,15 +107,16 @@ def overridden(scene: Scene, overrides: tuple[str, ...]) -> Scene:
 
 
 def _of_particles(scene: Scene) -> tuple[Knob, ...]:
-    return tuple(
-        knob
-        for knob in (
-            _particles(scene), _timestep(scene), _force_error(scene), _neighbours(scene), _kernel(scene),
-            _order(scene, "pressure"), _order(scene, "gravity"), _smoothing_tolerance(scene),
-            _precision(scene), _timesteps(scene),
-        )
-        if knob is not None
+    kernel = "smoothing kernel, with its own number of neighbours"
+    precision = "mixed: pair sums in float32, state in float64"
+    found = (
+        _particles(scene), _timestep(scene), _force_error(scene), _neighbours(scene),
+        _choice("kernel", kernel, _KERNELS, scene.numerics.kernel, "numerics.kernel"),
+        _order(scene, "pressure"), _order(scene, "gravity"), _smoothing_tolerance(scene),
+        _choice("precision", precision, ("mixed", "float64"), scene.precision, "numerics.precision"),
+        _timesteps(scene),
     )  # fmt: skip
+    return tuple(knob for knob in found if knob is not None)
 
 
 def _particles(scene: Scene) -> Knob | None:
@@ -188,8 +195,6 @@ def _force_error(scene: Scene) -> Knob | None:
 
 
 def _neighbours(scene: Scene) -> Knob:
-    from astroinertia.scene.plan import smoothing
-
     default = float(f"{smoothing(scene)[1]:.3g}")
     values = tuple(float(f"{factor * default:.3g}") for factor in _NEIGHBOUR_FACTORS)
     return Knob(
@@ -203,28 +208,21 @@ def _without_eta(scene: Scene, setting: str) -> tuple[str, ...]:
     # A scene that gives eta says the number of neighbours in another way: it is given as eta, too.
     if scene.numerics.eta is None:
         return (setting,)
-    from astroinertia.sph.kernels import KERNELS, eta_for_neighbours
-
     kernel = KERNELS[scene.numerics.kernel]
     return (f"numerics.eta={eta_for_neighbours(kernel, float(setting.partition('=')[2]))!r}",)
 
 
-def _kernel(scene: Scene) -> Knob:
-    return Knob(
-        "kernel", "smoothing kernel, with its own number of neighbours", _KERNELS, scene.numerics.kernel,
-        lambda value: (f"numerics.kernel='{value}'",),
-    )  # fmt: skip
+def _choice(name: str, text: str, values: tuple[str, ...], default: str, key: str) -> Knob:
+    """Some words that a key of the scene may have."""
+    return Knob(name, text, values, default, lambda value: (f"{key}={value!r}",))
 
 
 def _order(scene: Scene, effect: str) -> Knob | None:
     options = scene.effects.get(effect, {})
     if "order" not in options or options.get("gradients") == "integral":
         return None
-    return Knob(
-        f"{effect}_order", f"order of the error of {effect} in the smoothing length", ("second", "fourth"),
-        options["order"],
-        lambda value: (f"effects.{effect}.order='{value}'",),
-    )  # fmt: skip
+    text = f"order of the error of {effect} in the smoothing length"
+    return _choice(f"{effect}_order", text, ("second", "fourth"), options["order"], f"effects.{effect}.order")
 
 
 def _smoothing_tolerance(scene: Scene) -> Knob:
@@ -239,14 +237,7 @@ def _smoothing_tolerance(scene: Scene) -> Knob:
     )  # fmt: skip
 
 
-def _precision(scene: Scene) -> Knob:
-    return Knob(
-        "precision", "mixed: pair sums in float32, state in float64", ("mixed", "float64"), scene.precision,
-        lambda value: (f"numerics.precision='{value}'",),
-    )  # fmt: skip
-
-
-def _timesteps(scene: Scene) -> Knob | None:
+def _timesteps(scene: Scene) -> Knob:
     """The engine and its steps: individual ones are numba's, and xla compiles for minutes, so it is asked last."""
     default = f"{scene.numerics.engine} {scene.numerics.timesteps}"
     return Knob(
@@ -257,10 +248,6 @@ def _timesteps(scene: Scene) -> Knob | None:
         ),
         cost=lambda value: {"numba_cpu individual": 1.0, "numba_cpu global": 1.0}.get(value, 300.0),
     )  # fmt: skip
-
-
-def _of_ellipsoid(scene: Scene) -> tuple[Knob, ...]:
-    return (_tolerance(scene),)
 
 
 def _tolerance(scene: Scene, more: tuple[str, ...] = (), name: str = "tolerance") -> Knob:
@@ -320,9 +307,9 @@ def _model(scene: Scene) -> tuple[Knob, ...]:
         allowed.append(rung)
     if len(allowed) < 2:
         return ()
-    timestep = Knob(
+    rungs = Knob(
         MODEL, "rung of the ladder of models", tuple(allowed), scene.model,
         lambda value: (f"model='{value}'",),
         cost=lambda value: {"sph": 1.0}.get(value, 1e-3),
     )  # fmt: skip
-    return (timestep,)
+    return (rungs,)
