@@ -146,10 +146,8 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
     unsure that is and which processor seconds the particles' run affords; where it finds something (a cheaper model
     that agrees), that is taken in place of the particles' run, which pilots cost no more than.
     """
-    by_name = {knob.name: knob for knob in knobs.knobs(pilots.scene)}
-    main, timestep = by_name["particles"], by_name["timestep_factor"]
-    count = fewest = fewest_particles(pilots.scene)
-    factor = LONGER if LONGER in timestep.values else 1.0
+    main, timestep, fewest, factor = _opening(pilots.scene)
+    count = fewest
     few = knobs.overridden(pilots.scene, (*main.overrides(float(fewest)), *timestep.overrides(factor)))
     ladder = Ladder(pilots, main, timestep, factor, reference.estimated(few))
     while True:
@@ -185,23 +183,22 @@ def search(pilots: Pilots, accuracy: float, seconds: float, other: Other) -> Set
         count = following
 
 
-def fewest_particles(scene: Scene) -> int:
-    """How many the first pilot has; neighbours may rise with particles, from a thousand on."""
-    main = next(knob for knob in knobs.knobs(scene) if knob.name == "particles")
-    return round(FEWEST * smoothing(knobs.overridden(scene, main.overrides(1000.0)))[1])
-
-
 def first(scene: Scene) -> tuple[Scene, ...]:
     """What every search runs, about: two numbers of particles with long steps, and shorter ones at the fewer."""
-    by_name = {knob.name: knob for knob in knobs.knobs(scene)}
-    main, timestep = by_name["particles"], by_name["timestep_factor"]
-    longer = LONGER if LONGER in timestep.values else 1.0
-    fewest = fewest_particles(scene)
+    main, timestep, fewest, longer = _opening(scene)
     pilots = ((fewest, longer), (int(GROWTH * fewest), longer), (fewest, 1.0))
     return tuple(
         knobs.overridden(scene, (*main.overrides(float(count)), *timestep.overrides(factor)))
         for count, factor in pilots
     )
+
+
+def _opening(scene: Scene) -> tuple[Knob, Knob, int, float]:
+    """The knobs of particles and of time steps, and with how many particles and which steps the first pilot is run."""
+    by_name = {knob.name: knob for knob in knobs.knobs(scene)}
+    main, timestep = by_name["particles"], by_name["timestep_factor"]
+    neighbours = smoothing(knobs.overridden(scene, main.overrides(1000.0)))[1]  # they may rise from a thousand on
+    return main, timestep, round(FEWEST * neighbours), LONGER if LONGER in timestep.values else 1.0
 
 
 def _particles(ladder: Ladder, estimate: Estimate, error: float) -> float:

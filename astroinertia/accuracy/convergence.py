@@ -46,7 +46,9 @@ def power_law(steps: np.ndarray, errors: np.ndarray, floor: float = 0.0) -> Powe
     >>> print(f"{power_law(steps, 3 * steps**2).order:.6f} {power_law(steps, 3 * steps**2).factor:.6f}")
     2.000000 3.000000
     """
-    r, e = _usable(steps, errors, floor)
+    r, e = np.asarray(steps, float), np.asarray(errors, float)
+    good = np.isfinite(r) & np.isfinite(e) & (r > 0) & (e > max(floor, 0.0))
+    r, e = r[good], e[good]
     if len(r) < 2 or r.max() < _LEAST_CHANGE * r.min():
         return NONE
     x, y = np.log(r), np.log(e)
@@ -134,12 +136,6 @@ def extrapolated(steps: np.ndarray, values: np.ndarray, order: float) -> np.ndar
     if not 0.5 < ratio / wanted < 2.0:
         return None
     return fine + (fine - middle) * a**order / (b**order - a**order)
-
-
-def _usable(steps: np.ndarray, errors: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray]:
-    r, e = np.asarray(steps, float), np.asarray(errors, float)
-    good = np.isfinite(r) & np.isfinite(e) & (r > 0) & (e > max(floor, 0.0))
-    return r[good], e[good]
 
 
 def _standard_error(x: np.ndarray, residual: np.ndarray, spread: np.ndarray) -> float:

@@ -1,12 +1,10 @@
-"""Which settings are worth their cost: the Pareto front of error against cost, its knee, what a digit costs.
+"""Which settings are worth their cost: the Pareto front of error against cost, and its knee.
 
 Pure functions of arrays (n,), smaller being better in both; NaN counts as not measured.
 Tests: tests/unit/accuracy/test_frontier.py.
 """
 
 import numpy as np
-
-_DIGIT = 10.0
 
 
 def pareto(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -43,21 +41,3 @@ def knee(cost: np.ndarray, error: np.ndarray) -> int | None:
     below = 1.0 - x - y
     best = int(np.argmax(below))
     return int(front[best]) if below[best] > 0 else None
-
-
-def cost_of_a_digit(error_order: float, cost_order: float) -> float:
-    """By what factor the cost grows for a tenth of the error, with error ~ r^error_order and cost ~ r^-cost_order.
-
-    >>> print(f"{cost_of_a_digit(2.0, 4.0):g}")  # error ~ r^2 at a cost of r^-4
-    100
-    """
-    return float(_DIGIT ** (cost_order / error_order)) if error_order > 0 else float("inf")
-
-
-def step_of_a_digit(error_order: float) -> float:
-    """By what factor the step must shrink for a tenth of the error.
-
-    >>> print(f"{step_of_a_digit(2.0):.3f}")  # 10^(-1/2)
-    0.316
-    """
-    return float(_DIGIT ** (-1.0 / error_order)) if error_order > 0 else 0.0

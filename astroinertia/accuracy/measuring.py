@@ -148,7 +148,8 @@ def failed(sentence: str, observables: Sequence[SelectedObservable]) -> Measured
 def _measured(scene: Scene, observables: Sequence[SelectedObservable], folder: Path, rehearsed: bool) -> Measured:
     try:
         _compile(scene)
-        _forget_peak()
+        with suppress(OSError):  # the peak of memory is forgotten
+            _CLEAR.write_text("5")
         begin = clock.perf_counter()
         prepared = prepare(scene)
     except SceneError as error:
@@ -205,11 +206,6 @@ def _without_records(scene: Scene) -> tuple[str, ...]:
     end = scene.time_setting(scene.time.end)
     steps = () if scene.output.series_steps is None else ("output.series_steps=1000000000",)
     return (f"output.snapshot_every={end}", *(steps or (f"output.series_every={end}",)))
-
-
-def _forget_peak() -> None:
-    with suppress(OSError):
-        _CLEAR.write_text("5")
 
 
 AS_IT_IS = Setting("default", "", ())

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.accuracy import frontier
 from astroinertia.accuracy.analysis import Analysis, Judged, Source, Table, analysed
 from astroinertia.accuracy.knobs import MODEL, Setting, shown
 from astroinertia.accuracy.measuring import MEMORY_MENTIONED
@@ -256,8 +255,8 @@ def _next_digit(table: Table, judged: Judged) -> str:
     assert knob.step is not None  # what limits has a step
     is_main = knob is table.knobs[0]
     now = knob.step(table.base.value if is_main else knob.default)
-    value = knob.value_at(now * frontier.step_of_a_digit(limiting.law.order))
-    factor = frontier.cost_of_a_digit(limiting.law.order, limiting.cost_order)
+    shorter = 10.0 ** (-1.0 / limiting.law.order)  # error ~ step^order, cost ~ step^-cost_order
+    value, factor = knob.value_at(now * shorter), shorter**-limiting.cost_order
     took = table.measured[table.base].cpu_time if table.base in table.measured else math.nan
     return (
         f"  the next digit costs {factor:.2g} times: {knob.name.replace('_', ' ')} {value:.2g}, "

@@ -1,9 +1,8 @@
 """Which settings are worth their cost."""
 
 import numpy as np
-import pytest
 
-from astroinertia.accuracy.frontier import cost_of_a_digit, knee, pareto, step_of_a_digit
+from astroinertia.accuracy.frontier import knee, pareto
 
 
 def test_the_front_holds_what_nothing_else_beats():
@@ -27,10 +26,3 @@ def test_the_knee_is_where_more_cost_stops_to_pay():
     assert knee(cost, error) == 2
     assert knee(cost[:2], error[:2]) is None
     assert knee(np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.9, 0.01])) is None  # bulges outwards
-
-
-def test_a_digit_costs_what_the_orders_say():
-    """SPH: error ~ N^(-2/3) and cost ~ N^(4/3), with step N^(-1/3): a digit costs a hundred times."""
-    assert cost_of_a_digit(2.0, 4.0) == pytest.approx(100.0)
-    assert step_of_a_digit(2.0) ** -3 == pytest.approx(10**1.5)
-    assert cost_of_a_digit(-1.0, 4.0) == np.inf
