@@ -14,8 +14,8 @@ from typing import Any
 from astroinertia.errors import AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
-from astroinertia.sweeps.folder import SESSION, Failure, note_failure
-from astroinertia.sweeps.members import KILLED, PATIENCE, Outcome, Task, carry_out
+from astroinertia.sweeps.folder import SESSION
+from astroinertia.sweeps.members import PATIENCE, Outcome, Task, carry_out, given_up
 from astroinertia.units import shown
 
 _ADDRESS = re.compile(r"(?:[a-z]+://)?[^\s/]+:\d+")
@@ -87,6 +87,4 @@ def _outcome(distributed: Any, future: Any, task: Task) -> Outcome:
     error = future.exception()
     if not isinstance(error, distributed.KilledWorker):
         raise error  # a sweep that is over, or what no member can do
-    failure = Failure(KILLED, lasting=False)
-    note_failure(task.place, failure)
-    return Outcome(task.number, float("nan"), failure)
+    return given_up(task)

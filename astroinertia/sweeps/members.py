@@ -85,6 +85,13 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
     return Outcome(task.number, clock.monotonic() - begun, failure)
 
 
+def given_up(task: Task) -> Outcome:
+    """Of a member whose process was ended again and again."""
+    failure = Failure(KILLED, lasting=False)
+    folders.note_failure(task.place, failure)
+    return Outcome(task.number, math.nan, failure)
+
+
 def _run(task: Task, place: Path, listener: Listener) -> None:
     _wait_for_lock(own_folder(place.parent, place.name))
     deadline = clock.monotonic() + task.until - clock.time()

@@ -6,7 +6,6 @@ process of the sweep says what is to be stopped.
 Tests: tests/unit/sweeps/test_ensemble.py, tests/crash/test_sweep_signals.py.
 """
 
-import math
 import os
 import signal
 import subprocess
@@ -23,8 +22,8 @@ from pathlib import Path
 from astroinertia.errors import AstroinertiaError, RunInterrupted
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
-from astroinertia.sweeps.folder import SESSION, Failure, note_failure
-from astroinertia.sweeps.members import KILLED, PATIENCE, Outcome, Task
+from astroinertia.sweeps.folder import SESSION
+from astroinertia.sweeps.members import PATIENCE, Outcome, Task, given_up
 
 TRIES = 4  # of a member whose worker is killed each time
 _SECONDS_BETWEEN_LOOKS = 0.2  # at the clock and at what signals ask for
@@ -55,7 +54,7 @@ def side_by_side(tasks: Sequence[Task], workers: int, deadline: float) -> Iterat
                     if outcome is None:
                         pool.remove(worker)
                         tries[task.number] += 1
-                        outcome = _given_up(task) if tries[task.number] == TRIES else waiting.appendleft(task)
+                        outcome = given_up(task) if tries[task.number] == TRIES else waiting.appendleft(task)
                     if outcome is not None:
                         yield outcome
                 if stops or clock.monotonic() > deadline:
@@ -126,9 +125,3 @@ class _Worker:
 def _ready(pool: Sequence[_Worker]) -> list[_Worker]:
     readable = wait([worker.connection for worker in pool if worker.task is not None], _SECONDS_BETWEEN_LOOKS)
     return [worker for worker in pool if worker.connection in readable]
-
-
-def _given_up(task: Task) -> Outcome:
-    failure = Failure(KILLED, lasting=False)
-    note_failure(task.place, failure)
-    return Outcome(task.number, math.nan, failure)
