@@ -25,21 +25,9 @@ from astroinertia.scene.schema import Scene
 ENOUGH = 128  # particles: how many there are changes no operation
 
 
-def small(scene: Scene) -> Scene:
-    """The scene with few particles, not settled."""
-
-    def lightened(body: Any) -> Any:
-        changes = {"particles": ENOUGH, "relax": False}
-        return body.model_copy(update={name: value for name, value in changes.items() if hasattr(body, name)})
-
-    return scene.model_copy(
-        update={"body": lightened(scene.body), "bodies": tuple(lightened(body) for body in scene.bodies)}
-    )
-
-
 def counts(scene: Scene) -> dict[str, Any]:
     """Operations, arrays and objects of each effect in one step of the scene."""
-    scene = small(scene)
+    scene = scene.with_bodies(lambda body: {"particles": ENOUGH, "relax": False})  # few, and not settled
     with jax.enable_x64(True):
         prepared = prepare(scene)
         evolution = prepared.evolution

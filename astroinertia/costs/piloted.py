@@ -79,12 +79,7 @@ def with_particles(scene: Scene, particles: int) -> Scene:
     """The scene with so many particles in all, placed but not settled."""
     assert scene.particles is not None
     share = particles / scene.particles
-
-    def fewer(body: Any) -> Any:
-        return body.model_copy(update={"particles": max(16, math.ceil(body.particles * share)), "relax": False})
-
-    bodies = tuple(map(fewer, scene.bodies))
-    return scene.model_copy(update={"body": fewer(scene.body), "bodies": bodies})
+    return scene.with_bodies(lambda body: {"particles": max(16, math.ceil(body.particles * share)), "relax": False})
 
 
 def key(scene: Scene) -> str:

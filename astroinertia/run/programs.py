@@ -46,7 +46,7 @@ def _rehearse(scene: Scene, found: dict[Program, None]) -> None:
 
     noting.set(note)
     with in_double(), np.errstate(all="ignore"), suppress(Exception):
-        prepared = prepare(_unsettled(scene))
+        prepared = prepare(scene.with_bodies(lambda body: {"relax": False}))
         prepared.evolution.record(None)
         prepared.evolution.advance(prepared.outputs.end)
 
@@ -56,8 +56,3 @@ def _made_up_density(h: Array, mass: Array, targets: Array, options: Array, resu
     results[0] = h[targets]
     results[1] = mass[targets] * (options[2] / h[targets]) ** 3
     results[2], results[3] = 1.0, 0.0
-
-
-def _unsettled(scene: Scene) -> Scene:
-    bodies = [body.model_copy(update={"relax": False}) for body in (scene.body, *scene.bodies)]
-    return scene.model_copy(update={"body": bodies[0], "bodies": tuple(bodies[1:])})

@@ -5,7 +5,7 @@ field descriptions are what `astroinertia new` writes as comments. Effects are c
 entries of effects/catalogue.py.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -324,6 +324,14 @@ class Scene(Part, metaclass=_Called):
     def time_setting(self, value: float) -> str:
         """A time of it as settings have it."""
         return toml_value(value if self.dimensionless else f"{value!r} s")
+
+    def with_bodies(self, changes: Callable[[Any], Mapping[str, Any]]) -> Self:
+        """The scene with other values of fields of each of its bodies, as `changes` says of a body by name."""
+        body, *others = (
+            body.model_copy(update={name: value for name, value in changes(body).items() if hasattr(body, name)})
+            for body in (self.body, *self.bodies)
+        )
+        return self.model_copy(update={"body": body, "bodies": tuple(others)})
 
     @property
     def particles(self) -> int | None:
