@@ -96,18 +96,18 @@ def _of_runs(table: Table, settings: list[Setting]) -> dict[str, Any]:
 
 def _of_errors(analysis: Analysis, settings: list[Setting]) -> dict[str, Any]:
     """How exact each observable is with each setting, against what, and which settings are worth their cost."""
-    of_both = ("setting", "observable")
+    of_both, shape = ("setting", "observable"), (len(settings), len(analysis.judged))
     errors = [[judged.errors.get(setting, math.nan) for judged in analysis.judged] for setting in settings]
     front = [[setting in judged.front for judged in analysis.judged] for setting in settings]
     knee = [[setting == judged.knee for judged in analysis.judged] for setting in settings]
     return {
-        "error": (of_both, np.array(errors), {
+        "error": (of_both, np.array(errors).reshape(shape), {
             "units": "1", "long_name": "relative error at the end of the run",
             "comment": "|value - reference|/|reference| over all components of the observable"}),
-        "pareto": (of_both, np.array(front, dtype=np.int8), {
+        "pareto": (of_both, np.array(front, dtype=np.int8).reshape(shape), {
             "units": "1", "long_name": "1 where no cheaper setting of the scene's model is as exact",
             "comment": "cost is cpu_time"}),
-        "knee": (of_both, np.array(knee, dtype=np.int8), {
+        "knee": (of_both, np.array(knee, dtype=np.int8).reshape(shape), {
             "units": "1", "long_name": "1 at the knee of the front",
             "comment": "farthest below the line between its ends, in logarithms (Satopaa et al. 2011)"}),
         "reference_accuracy": ("observable", [_accuracy(judged) for judged in analysis.judged], {

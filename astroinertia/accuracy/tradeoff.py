@@ -88,7 +88,9 @@ class _Study:
 
     def run(self) -> None:
         table = self.table
-        table.exact = stored_exact(table.scene, table.folder)
+        begin = clock.monotonic()
+        table.exact = stored_exact(table.scene, table.folder)  # of a body with companions it takes minutes
+        self.spent += clock.monotonic() - begin
         main = table.knobs[0]
         # The ladder up to the default: its cost says which base the budget allows.
         ladder = [_alone(main, value) for value in sorted(main.values, key=main.cost)]

@@ -35,7 +35,7 @@ def carry_out(scene: "Scene", options: Options, listener: Callable[["Standing"],
     folder = options.output or Path("runs") / f"{scene.name}-tradeoff"
     outcome = run(scene, folder, options.minutes, options.observable, options.knob, listener)
     if not outcome.measured:
-        return [], outcome.interrupted
+        return table.conclusions(outcome)[-1:] if outcome.left else [], outcome.interrupted
     file = table.write(outcome)
     picture = style.save(tradeoff_figure(table.read(file)), folder / "tradeoff.png")
     return [*_rows(outcome), "", *table.conclusions(outcome), "", f"wrote {file} and {picture}"], outcome.interrupted

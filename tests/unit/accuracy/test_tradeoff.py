@@ -210,6 +210,25 @@ def test_a_budget_leaves_out_what_does_not_fit_and_says_so(formula, monkeypatch,
     assert f"{len(found.left)} settings did not fit into the budget" in table.conclusions(found)[-1]
 
 
+def test_a_table_without_any_run_is_written(formula, tmp_path):
+    formula.stop_after = 0
+    stopped = study(tmp_path)
+    assert stopped.interrupted and not stopped.measured
+    assert table.read(table.write(stopped)).sizes["setting"] == 0
+    assert table.conclusions(stopped)
+
+
+def test_an_exact_answer_that_takes_long_is_part_of_the_budget(formula, answer, monkeypatch, tmp_path):
+    from astroinertia.accuracy import tradeoff
+
+    now = [0.0]
+    monkeypatch.setattr(tradeoff.clock, "monotonic", lambda: now[0])
+    monkeypatch.setattr(tradeoff, "exact", lambda scene: now.__setitem__(0, 59.5) or answer)
+    found = study(tmp_path, minutes=1.0)
+    assert found.left and not found.measured  # a run of which nothing is known yet counts as one second
+    assert study(tmp_path, minutes=1.0).measured  # it is kept, and taken as it is
+
+
 def test_a_failed_run_is_a_result_with_its_sentence(formula, tmp_path):
     formula.fails = "timestep_factor_2-"
     found = study(tmp_path)
@@ -289,6 +308,11 @@ def test_the_command_goes_on_after_an_interruption(formula, tmp_path, capsys):
     formula.stop_after = None
     assert command(tmp_path) == 0
     assert table.read(tmp_path / "out").attrs["interrupted"] == 0
+
+
+def test_the_command_says_that_no_setting_fits_into_the_budget(formula, tmp_path, capsys):
+    assert command(tmp_path, "--minutes", "0.01") == 0
+    assert "settings did not fit into the budget; the next, " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("more", [("--minutes", "0"), ("--knob", "nonsense"), ("--observable", "nonsense")])
