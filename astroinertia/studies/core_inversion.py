@@ -135,7 +135,7 @@ def restated(one: SolarSystemBody, stated: Mapping[str, float]) -> SolarSystemBo
     1737 km
     """
     numbers = {"mean_moment_ratio" if name == "moment_ratio" else name: value for name, value in stated.items()}
-    own = own_body(one.name, one.mass, one.mean_radius, **numbers).published
+    own = own_body(one.name, one.mass, one.mean_radius, synchronous=False, **numbers).published
     replaced = (*(_RATIOS if "moment_ratio" in stated else ()), *(_LAYERS if {*_ASSUMABLE} & {*stated} else ()))
     kept = {name: rows for name, rows in one.published.items() if name not in replaced}
     return SolarSystemBody(one.name, MappingProxyType({**kept, **{name: own[name] for name in numbers}}))
