@@ -72,7 +72,8 @@ def refuse_impossible(scene: Scene) -> None:
 def _refuse_few(scene: Scene) -> None:
     """Of particles whose masses are known, which may be too few to have smoothing lengths that follow the density."""
     bodies: Any = scene.bodies or (scene.body,)
-    if softening(scene) is not None or scene.wants_choice or not all(body.structure for body in bodies):
+    known = all(body.structure and body.mass is not None for body in bodies)
+    if softening(scene) is not None or scene.wants_choice or not known:
         return
     (eta, _), heaviest = smoothing(scene), max(body.mass / body.particles for body in bodies)
     needed, there = mass_around(scene.numerics.kernel, eta), sum(body.mass for body in bodies) / heaviest

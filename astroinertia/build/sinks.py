@@ -64,11 +64,12 @@ def refuse_before_particles(scene: Scene, units: CodeUnits, effects: Sequence[An
 
 
 def _heaviest(scene: Scene, units: CodeUnits) -> float | None:
-    """The mass of a body's heaviest particle, in code units; None where its class places them."""
+    """The mass of a body's heaviest particle, in code units; None where only a built body has it."""
     body: Any = scene.body
     if body.placing == "placing.of_table":
         return float(read_body(body.path(scene), units, body.velocity_unit).mass.max())
-    return units.to_code(body.mass, "mass") / body.particles if body.structure else None
+    known = body.structure and body.mass is not None
+    return units.to_code(body.mass, "mass") / body.particles if known else None
 
 
 def between(problem: Any) -> Any:
