@@ -39,7 +39,7 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
                     raise AbsentError("this dataset has no snapshots to draw.")
             figure = getattr(import_module(f"astroinertia.plots.{module}"), function)(**accessor._drawn(**others))
             if size is not None:
-                figure.set_size_inches(*_size(size))
+                import_module("astroinertia.plots.small").resize(figure, _size(size))
             if path is not None:
                 figure.savefig(path)
             return figure

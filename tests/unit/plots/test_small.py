@@ -1,0 +1,70 @@
+"""A picture that is asked for smaller than its own size is the same picture, smaller."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from astroinertia.plots import pictures
+from astroinertia.plots.small import resize
+from astroinertia.plots.style import styled
+from tests.unit.affine_body import affine_run
+from tests.unit.affine_datasets import headline, particles
+from tests.unit.plots.test_attitude import free_top
+from tests.unit.plots.test_plots import assert_legible
+
+SLOW = pytest.mark.full
+NAMES = ["inertia", "spin", *(pytest.param(name, marks=SLOW) for name in ("ledger", "shape", "energy", "waves"))]
+
+
+@pytest.fixture(scope="module")
+def series():
+    found = headline(affine_run()[0])
+    for name, share in (("inertia_tensor", 0.05), ("angular_velocity", 0.02)):
+        found[f"{name}_error"] = share * abs(found[name])
+    return found
+
+
+def smallest_type(figure):
+    return min(text.get_fontsize() for text in figure.findobj(Text) if text.get_text().strip())
+
+
+def pixels(figure, resolution):
+    with styled():
+        figure.set_dpi(resolution)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].astype(float)
+
+
+@pytest.mark.parametrize("size", [(3.4, 4), pytest.param((6, 4), marks=SLOW), (10, 3)])
+@pytest.mark.parametrize("name", NAMES)
+def test_small_pictures_are_legible(series, name, size):
+    figure = getattr(series.inertia, f"plot_{name}")(size=size)
+    assert tuple(figure.get_size_inches()) == size
+    assert_legible(figure)
+
+
+@pytest.mark.parametrize("size", [(3.4, 4), pytest.param((6, 4), marks=SLOW), pytest.param((10, 3), marks=SLOW)])
+@pytest.mark.parametrize("name", ["density", "attitude", "profiles"])
+def test_small_pictures_of_panels_side_by_side_are_legible(series, name, size):
+    shown = free_top(moments=(0.1, 0.2, 0.28), spin=(0.01, 1.0, 0.01), end=200.0) if name == "attitude" else series
+    options = {"snapshots": particles(affine_run()[1])} if name == "density" else {}
+    assert_legible(getattr(shown.inertia, f"plot_{name}")(size=size, **options))
+
+
+@pytest.mark.parametrize("name", ["inertia", "shape", pytest.param("spin", marks=SLOW)])
+def test_a_smaller_picture_of_more_dots_an_inch_has_the_same_pixels(series, name):
+    own, small = pictures.FIGURES[name](series), pictures.FIGURES[name](series)
+    resize(small, tuple(0.8 * own.get_size_inches()))
+    difference = abs(pixels(own, 80) - pixels(small, 100))
+    assert difference.mean() < 0.2  # of 255, from rounding; a line or a margin that kept its length makes more
+    assert (difference > 128).mean() < 1e-3
+
+
+def test_small_print_is_lifted_to_5_points_and_a_larger_picture_keeps_its_type(series):
+    own = pictures.FIGURES["inertia"](series)
+    width, height = own.get_size_inches()
+    for share, least in ((0.9, 0.9 * 8), (0.5, 5.0), (0.4, 0.4 * 10.5), (1.0, 8.0), (1.5, 8.0)):
+        figure = series.inertia.plot_inertia(size=(share * width, share * height))
+        assert smallest_type(figure) == pytest.approx(least)
