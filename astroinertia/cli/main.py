@@ -4,6 +4,7 @@ import argparse
 import os
 import select
 import shlex
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -459,7 +460,7 @@ def _show(options: Options) -> int:
         file, opened = cli_result.of_one_run(options.file, options.member, "show")
         with cli_result.shown(file), _voice("pictures are drawn"):
             if not options.only:
-                _say(plots.summary(opened))
+                _say(plots.summary(opened, shutil.get_terminal_size((0, 0)).columns))
             written = show.written(options, file, opened, beside)
     _say("pictures:" if written else "this run has no such picture.")
     for path in written:

@@ -1,8 +1,10 @@
 """A run in words and numbers: as text for the terminal, and as tables for pages."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
+from itertools import product, zip_longest
+from textwrap import fill, wrap
 
 import numpy as np
 import xarray as xr
@@ -21,6 +23,7 @@ from astroinertia.plots.style import words
 from astroinertia.units import unit_of
 
 _WIDTH = 40
+_NARROWEST = 12  # column of names
 _ASKED = "settings chosen for an accuracy of "
 *_SHAPES, _J2 = DIFFERENCES
 
@@ -38,30 +41,44 @@ class Table:
     widths: tuple[int, ...]
     below: str = ""
 
-    def text(self) -> str:
-        """The table for a terminal."""
-        lines = [self._line(self.head)] if self.head else []
-        for name, *cells in self.rows:
-            if len(name) > self.widths[0]:  # a long unit gets a line of its own rather than pushing the columns
-                lines.append(name)
-                name = ""
-            lines.append(self._line((name, *cells)))
-        return "\n".join([*lines, self.below] if self.below else lines)
+    def text(self, columns: int = 0) -> str:
+        """The table for a terminal; where that has fewer columns, names are on several lines and gaps are narrow."""
+        # A long unit gets a line of its own rather than pushing the columns.
+        lines = self._lines(self.widths, lambda name: [name, ""])
+        if columns and max(map(len, lines)) > columns:
+            cells = zip_longest(*(cells for _, *cells in (self.head or ("",), *self.rows)), fillvalue="")
+            needed = [2 + max(map(len, column)) for column in cells]
+            first = max(columns - sum(needed), _NARROWEST)
+            lines = self._lines(
+                (first, *needed[: len(self.widths) - 1]), lambda name: wrap(name, first, subsequent_indent="  ")
+            )
+        return "\n".join([*lines, *(_filled(self.below, columns) if self.below else ())])
 
-    def _line(self, cells: tuple[str, ...]) -> str:
+    def _lines(self, widths: tuple[int, ...], broken: Callable[[str], list[str]]) -> list[str]:
+        lines = [self._line(self.head, widths)] if self.head else []
+        for name, *cells in self.rows:
+            *above, last = broken(name) if len(name) > widths[0] else [name]
+            lines += [*above, self._line((last, *cells), widths)]
+        return lines
+
+    def _line(self, cells: tuple[str, ...], widths: tuple[int, ...]) -> str:
         first, *others = (f"{cell:{'<' if k == 0 else '>'}{width}}" for k, (cell, width) in
-                          enumerate(zip(cells, self.widths, strict=False)))  # fmt: skip
-        return "".join([first, *others, *(f"  {cell}" for cell in cells[len(self.widths) :])])
+                          enumerate(zip(cells, widths, strict=False)))  # fmt: skip
+        return "".join([first, *others, *(f"  {cell}" for cell in cells[len(widths) :])])
+
+
+def _filled(text: str, columns: int) -> list[str]:
+    return [fill(line, columns) if columns else line for line in text.splitlines()]
 
 
 @with_absent
-def summary(dataset: xr.Dataset) -> str:
-    """Size, spin, shape, accuracy and the effects' shares, one fact a line.
+def summary(dataset: xr.Dataset, columns: int = 0) -> str:
+    """Size, spin, shape, accuracy and the effects' shares, one fact a line, for a terminal of so many columns.
 
     >>> print("flattening" in summary(ds), "T/|W|" in summary(ds))
     True True
     """
-    parts = [heading(dataset), *(table.text() for table in tables(dataset))]
+    parts = [heading(dataset), *(table.text(columns) for table in tables(dataset))]
     parts += [bounds.message(dataset.attrs, of) for of in ("resolution", "ledger")]
     return "\n\n".join(part for part in parts if part)
 

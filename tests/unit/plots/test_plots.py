@@ -18,6 +18,7 @@ from astroinertia import plots
 from astroinertia.errors import AbsentError
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import density, pictures, style, waves
+from astroinertia.plots.in_words import tables
 from astroinertia.plots.matter import matter, reach
 from tests.sims import SIMS
 from tests.unit.affine_body import METADATA, affine_run
@@ -206,6 +207,18 @@ def test_the_summary_tells_the_numbers(series):
     change = float(abs(series["total_energy"] - series["total_energy"][0]).max()) / largest
     assert float(rows["change of the total energy"][0]) == pytest.approx(change, rel=1e-2)
     assert "tide" in text
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_the_summary_fits_a_narrow_terminal_with_the_same_numbers(series, columns):
+    for table in tables(series):
+        if columns == 60 and table.title == "The ledger of effects":
+            continue  # its heads alone are as wide
+        wide, narrow = table.text(), table.text(columns)
+        assert max(map(len, narrow.splitlines())) <= columns
+        assert narrow.split() == wide.split()
+        assert table.text(200) == wide
+    assert plots.summary(series, 200) == plots.summary(series)
 
 
 @pytest.mark.parametrize("share", [0.285, 0.26])
