@@ -356,7 +356,7 @@ def test_no_cycles_of_objects_are_looked_for_while_pictures_are_drawn(monkeypatc
     from astroinertia import plots
 
     looked = []
-    monkeypatch.setattr(plots, "summary", lambda opened: "", raising=False)
+    monkeypatch.setattr(plots, "summary", lambda *_: "", raising=False)
     monkeypatch.setattr(plots, "write_all", lambda *_, **__: looked.append(gc.isenabled()) or [], raising=False)
     assert main(["show", str(ROOT / "tests" / "data" / "format_1.nc"), "--output", str(tmp_path)]) == 0
     assert looked == [False]
