@@ -590,15 +590,8 @@ def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
 @pytest.mark.parametrize(("particles", "records", "snapshots"), [(64, 0.01, 0.5), (300, 0.1, 0.05)])
 def test_the_folder_of_few_particles_is_as_large_as_predicted(particles, records, snapshots, tmp_path):
     """With two checkpoints, and with all snapshots where these are more than the records."""
-    scene = load.load_file(
-        FOLDER / "evrard.toml",
-        [
-            f"body.particles={particles}",
-            "time.end=0.5",
-            f"output.series_every={records}",
-            f"output.snapshot_every={snapshots}",
-        ],
-    )
+    often = f"output.series_every={records}", f"output.snapshot_every={snapshots}"
+    scene = load.load_file(FOLDER / "evrard.toml", [f"body.particles={particles}", "time.end=0.5", *often])
     found = predict(scene, machine.shipped())
     astroinertia.run_scene(scene, tmp_path / "run")
     size = sum(file.stat().st_size for file in (tmp_path / "run").rglob("*") if file.is_file())
