@@ -3,8 +3,9 @@
 Six equations ride along with the structure (tov.py, whose scaled U, W, E, p, f, q and h_c = eps they use). With
 omega_bar the fluid's rate relative to the local inertial frame and j^2 = exp(-nu) f:
 
-    A = dln(omega_bar)/dln r/(eps U) and L = ln(omega_bar): Hartle's equation for dragging in Riccati's form,
-        A' = F (eps U A + 4) - A (eps U A + 5),   L' = eps U A,   F = 4 pi (E + eps p)/f;
+    A = dln(omega_bar)/dln r/(eps U) and L = ln(omega_bar)/eps, 0 at the centre: Hartle's equation for dragging in
+    Riccati's form,
+        A' = F (eps U A + 4) - A (eps U A + 5),   L' = U A,   F = 4 pi (E + eps p)/f;
     h_2 = U H and v_2 = h_2 + k_2 = eps U^2 V: the quadrupole, without and with its source in omega_bar^2,
         H' = 4 (pi (E - eps p) - W)/q H - 2 N H - 2 V/q
              + g [N (eps U A)^2/6 - eps U A^2/(12 q) + 2 eps U F N/3 + F/(3 q)],
@@ -50,7 +51,7 @@ class Equations:
     def start(self, here: Local) -> list[float]:
         """Regular values at the centre, the source-free H there 1."""
         F = 4 * math.pi * (here.E + here.relativity * here.p) / here.f
-        return [0.8 * F, 0.0, 1.0, -0.5 * here.q, 0.0, F / 6 * math.exp(-2 * here.relativity * here.depth)]
+        return [0.8 * F, 0.4 * F * here.U, 1.0, -0.5 * here.q, 0.0, F / 6 * math.exp(-2 * here.relativity * here.depth)]
 
     def slopes(self, here: Local, values: list[float]) -> list[float]:
         """Derivatives by ln r."""
@@ -59,13 +60,13 @@ class Equations:
         F = 4 * math.pi * (E + eps * p) / f
         alpha = eps * U * A
         N = eps * U * q / f
-        g = f * math.exp(2 * L - 2 * eps * depth)  # exp(-nu) ~ exp(2 h), scaled to the centre
+        g = f * math.exp(2 * eps * (L - depth))  # exp(-nu) ~ exp(2 h), scaled to the centre
         on_H = 4 * (math.pi * (E - eps * p) - W) / q - 2 * N
         source_H = g * (N * alpha**2 / 6 - alpha * A / (12 * q) + 2 * eps * U * F * N / 3 + F / (3 * q))
         source_V = g * (1 + N) * (2 * F / 3 + alpha * A / 6)
         return [
             F * (alpha + 4) - A * (alpha + 5),
-            alpha,
+            U * A,
             on_H * H - 2 * V / q,
             -4 * V - 2 * q / f * H,
             on_H * H_source - 2 * V_source / q + source_H,
@@ -117,7 +118,7 @@ def slow_rotation(star: Structure) -> SlowRotation:
     y = -2 * V / (W * H) - 2 - 2 * N
 
     # Omega^2 R^2 (h_2 and v_2/C) inside = outside, with the amplitudes of the two homogeneous solutions unknown.
-    scale = (rate * math.exp(-L)) ** 2 * math.exp(2 * eps) / (1 - 2 * C)
+    scale = rate**2 * math.exp(2 * eps * (1 - L)) / (1 - 2 * C)
     decay, y_decaying = decaying_exterior(C)
     moment_squared = moment_ratio**2
     _, amplitude = np.linalg.solve(
@@ -130,5 +131,5 @@ def slow_rotation(star: Structure) -> SlowRotation:
         tidal_love_number=love_number(C, y),
         quadrupole=quadrupole,
         quadrupole_bar=quadrupole / (moment_squared * C) if C > 0 else math.nan,
-        central_dragging=1 - rate * math.exp(-L),
+        central_dragging=-math.expm1(-math.log1p(alpha / 3) - eps * L),
     )

@@ -133,3 +133,11 @@ def test_love_number_is_hinderers_formula(compactness):
 def test_rotation_needs_its_equations():
     with pytest.raises(ValueError, match="without the equations of slow rotation"):
         slow_rotation(structure(polytrope(100.0, 2.0), 0.1))
+
+
+@pytest.mark.parametrize(("equation", "dragging"), [(constant_density(1e-3), 2.0), (polytrope(100.0, 2.0), 8 / 3)])
+def test_central_dragging_of_a_faint_star(equation, dragging):
+    """Lense and Thirring inside a body: omega/Omega = (16 pi/3) int rho r dr at the centre, 2 C and for n = 1 8 C/3."""
+    for eta in (1e-10, 1e-7):
+        body = star(equation, central_enthalpy=eta)
+        assert body.rotation.central_dragging / body.compactness == pytest.approx(dragging, rel=2e-10 + 3 * eta)
