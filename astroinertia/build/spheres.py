@@ -3,17 +3,13 @@
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from astroinertia.errors import SceneError
 from astroinertia.scene.schema import Scene
-from astroinertia.scene.source import file_of_scene
 from astroinertia.sph.profiles import Profile
-from astroinertia.sph.progenitor import Progenitor, read_progenitor
+from astroinertia.sph.progenitor import Progenitor
 from astroinertia.units import CodeUnits
 
 if TYPE_CHECKING:
@@ -141,12 +137,7 @@ def rotating(scene: Scene, units: CodeUnits) -> Star:
 def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
     """The shells of a stellar profile."""
     body: Any = scene.body
-    shells = _read(file_of_scene(scene.origin, body.file), body.mean_molecular_weight)
-    if body.inner_mass is not None:
-        try:
-            shells = shells.inner(body.inner_mass)
-        except ValueError as error:
-            raise SceneError(f"[body] inner_mass: {error}.") from None
+    shells = body.shells(scene)
     mass, radius = units.to_code(shells.mass[-1], "mass"), units.to_code(shells.radius[-1], "length")
     density = units.to_code(shells.density, "density")
 
@@ -155,8 +146,3 @@ def progenitor(scene: Scene, units: CodeUnits) -> Sphere:
 
     state_at = None if shells.pressure is None else tabulated
     return Sphere(shells.profile(), float(mass), float(radius), shells, state_at)
-
-
-@lru_cache(maxsize=4)
-def _read(path: Path, molecular_weight: float | None) -> Progenitor:
-    return read_progenitor(path, molecular_weight)

@@ -10,6 +10,13 @@ from dataclasses import dataclass
 from astroinertia.effects.one_zone import Zone
 
 Vector = tuple[float, float, float]
+# What the body as one zone is made of, and what messages call it.
+OF_ZONE = {
+    "second_moment": "moment of inertia",
+    "gravitational": "gravitational energy",
+    "triple_pressure": "pressure",
+    "rotational": "rotation",
+}
 
 
 @dataclass(frozen=True)
@@ -157,7 +164,7 @@ class Characteristic:
     @property
     def zone(self) -> Zone | None:
         """The body as one zone; None where the scene does not tell what that takes, or numbers do not reach so far."""
-        needed = self.second_moment, self.gravitational, self.triple_pressure, self.rotational
+        needed = tuple(getattr(self, name) for name in OF_ZONE)
         if any(value is None for value in needed) or not self.second_moment:
             return None
         weight, pressure, turning = (value / self.second_moment for value in needed[1:])  # type: ignore[operator]

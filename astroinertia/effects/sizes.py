@@ -7,7 +7,7 @@ effects.kinds. Tests: tests/unit/effects/test_sizes.py.
 
 from dataclasses import dataclass
 
-from astroinertia.effects.characteristic import Characteristic
+from astroinertia.effects.characteristic import OF_ZONE, Characteristic
 from astroinertia.effects.measure import Measure, Options
 
 MARGIN = 3.0  # by which estimates may be wrong: an effect counts from a third of the accuracy on
@@ -47,12 +47,19 @@ def effect_size(measure: Measure | None, body: Characteristic, options: Options 
     values = {} if options is None else options
     missing += [name for name in measure.options if values.get(name) is None]
     if missing:
-        return _unknown(measure, f"the scene does not tell its {missing[0].replace('_', ' ')}")
+        return _unknown(measure, f"the scene does not tell its {_called(missing[0], body)}")
     try:
         number, change = measure.function(body, values)
     except (TypeError, KeyError, ZeroDivisionError, OverflowError):  # options that contradict: said when it is built
         return _unknown(measure, "its options do not tell")
     return Size(measure.name, number, change, measure.formula, measure.source)
+
+
+def _called(missing: str, body: Characteristic) -> str:
+    """What messages call a number that is missing: of the zone, what it lacks."""
+    if missing == "zone":
+        missing = next((called for name, called in OF_ZONE.items() if getattr(body, name) is None), "extent")
+    return missing.replace("_", " ")
 
 
 def _unknown(measure: Measure, what: str) -> Size:

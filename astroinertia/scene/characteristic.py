@@ -44,8 +44,12 @@ def characteristic(scene: Scene) -> Characteristic:
     }
     if body.kind == "table" and scene.origin is not None and body.rotation is None and not _gradient(body).any():
         numbers |= _of_table(scene)
+    elif body.kind == "profile":
+        numbers |= _of_shells(scene)
+    elif (profile := body.profile()) is not None:
+        numbers |= _sphere(scene, profile, body.mass, body.radius)
     else:
-        numbers |= body.characteristic() if body.profile() is None else _sphere(scene)
+        numbers |= body.characteristic()
     mass = numbers.get("mass", body.mass)
     if mass is None:
         numbers["neighbours"] = None if scene.companions else ()
@@ -70,13 +74,23 @@ def _expansion(body: Any) -> float:
     return float(_gradient(body).trace()) / 3.0
 
 
-def _sphere(scene: Scene) -> dict[str, Any]:
+def _of_shells(scene: Scene) -> dict[str, Any]:
+    body: Any = scene.body
+    try:
+        shells = body.shells(scene)
+    except SceneError:  # said where the body is made
+        return {}
+    return _sphere(scene, shells.profile(), float(shells.mass[-1]), float(shells.radius[-1]), shells)
+
+
+def _sphere(scene: Scene, profile: Any, mass: float, at_surface: float, shells: Any = None) -> dict[str, Any]:
+    """Of a profile with a mass and a radius, before axes stretch it; shells: those of a stellar profile."""
     from astroinertia.sph import profiles  # only here: whoever reads a scene does not ask how large its effects are
 
     body: Any = scene.body
-    profile, constant = body.profile(), scene.gravitational_constant
-    axes = body.radius * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
-    mass, radius = body.mass, float(np.prod(axes)) ** (1.0 / 3.0)
+    constant = scene.gravitational_constant
+    axes = at_surface * np.asarray(getattr(body, "axes", (1.0, 1.0, 1.0)), dtype=float)
+    radius = float(np.prod(axes)) ** (1.0 / 3.0)
     rows = body.rows_at_start
     second = rows.T @ np.diag(profile.second_moment * mass * axes**2) @ rows
     tensor = inertia_from_second_moment(second)
@@ -91,19 +105,24 @@ def _sphere(scene: Scene) -> dict[str, Any]:
         "mass": mass, "radius": radius, "moments": ascending(np.linalg.eigvalsh(tensor)),
         "second_moment": float(np.trace(second)), "gravitational": gravitational,
     }  # fmt: skip
-    numbers |= body.turning(tensor, gravitational) if star is None else _of_star(star, body)
+    if shells is not None and body.rotation is None:
+        numbers |= _turning_shells(shells, body.rotation_factor, float(tensor[2, 2]))
+    else:
+        numbers |= body.turning(tensor, gravitational) if star is None else _of_star(star, body)
     if numbers["spin"] is not None:
         numbers |= _flow(body, second, numbers)
-    share = np.polynomial.legendre.leggauss(_NODES)
-    nodes, weights = (share[0] + 1.0) / 2.0, share[1] / 2.0
+    if shells is None:
+        share = np.polynomial.legendre.leggauss(_NODES)
+        nodes, weights = (share[0] + 1.0) / 2.0, share[1] / 2.0
+    else:
+        nodes, weights = shells.mass / mass, np.diff(shells.mass, prepend=0.0) / mass
     s = np.asarray(profile.radius(nodes), dtype=float)
     with np.errstate(over="ignore"):
         density = np.asarray(profile.density(s), dtype=float) * mass / radius**3
     numbers["central_density"] = float(density[0])
-    numbers |= _heat(scene, numbers, density, weights)
+    numbers |= _heat(scene, numbers, density, weights, shells)
     numbers["further_pressure"] = _further(scene, density, mass * weights)
-    shells = s * radius
-    falls = math.pi / 2.0 * np.sqrt(shells**3 / (2.0 * constant * mass * nodes))
+    falls = math.pi / 2.0 * np.sqrt((s * radius) ** 3 / (2.0 * constant * mass * nodes))
     numbers["fallen"] = float(weights[falls <= scene.time.end].sum())
     return numbers
 
@@ -115,6 +134,13 @@ def _of_table(scene: Scene) -> dict[str, Any]:
         return of_table(scene)
     except (SceneError, OSError, ArithmeticError, np.linalg.LinAlgError):  # said where the body is made
         return {}
+
+
+def _turning_shells(shells: Any, factor: float, moment: float) -> dict[str, Any]:
+    """How the shells of a stellar profile turn about z, stretched to that moment; the mean rate has their L."""
+    spin, stretch = factor * shells.angular_momentum / shells.moment_of_inertia, moment / shells.moment_of_inertia
+    axis, energy = (0.0, 0.0, -1.0 if spin < 0.0 else 1.0), factor**2 * shells.rotational_energy * stretch
+    return {"spin": abs(spin), "spin_axis": axis, "wobble": 0.0, "rotational": energy, "shear": abs(spin)}
 
 
 def _forwards(star: Any) -> Any:
@@ -151,8 +177,10 @@ def _flow(body: Any, second: np.ndarray, numbers: dict[str, Any]) -> dict[str, A
     return {"rotational": energy, "shear": max(shear, strain), "spin": rate, "spin_axis": axis}
 
 
-def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: np.ndarray) -> dict[str, Any]:
-    """3 Pi and U: as the scene gives them, or as they hold the body up."""
+def _heat(
+    scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: np.ndarray, shells: Any = None
+) -> dict[str, Any]:
+    """3 Pi and U: as the scene gives them, as shells of a stellar profile have them, or as they hold the body up."""
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
     mass, weight = numbers["mass"], numbers["gravitational"]
@@ -171,6 +199,11 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
         triple = 3.0 * mass * constant * float(weights @ density ** ((exponent or gamma) - 1.0))
     elif fluid is not None and fluid.kind == "isothermal":
         triple = 3.0 * mass * fluid.sound_speed**2
+    elif shells is not None:
+        if fluid is not None and fluid.kind == "materials":
+            return {}  # at their coldest, unless the scene says how warm
+        held = _entropy_of_shells(scene, shells, gamma)
+        triple = 3.0 * mass * float(weights @ (held * density ** (gamma - 1.0)))
     else:
         settled = scene.model == "sph" and body.relax
         turning = body.spin is body or settled or (scene.model == "scaling" and fluid is None)
@@ -184,6 +217,19 @@ def _heat(scene: Scene, numbers: dict[str, Any], density: np.ndarray, weights: n
     # Of a gas at one temperature, what it would have as a monatomic one.
     gamma = MONATOMIC if fluid is not None and fluid.kind == "isothermal" else gamma
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
+
+
+def _entropy_of_shells(scene: Scene, shells: Any, gamma: float) -> np.ndarray:
+    """P/rho^gamma (K,) by the pressures of a profile, or its energies, or its balance; or that of its centre."""
+    body: Any = scene.body
+    constant = getattr(scene.equation_of_state, "constant", None)
+    pressure = shells.pressure
+    if pressure is None and constant is None and shells.internal_energy is not None and not body.pressure_fraction:
+        pressure = (gamma - 1.0) * shells.density * shells.internal_energy
+    elif pressure is None:
+        pressure = shells.pressure_in_balance(scene.gravitational_constant)
+    entropy = (body.pressure_fraction or 1.0) * pressure / shells.density**gamma
+    return entropy if constant is None else np.full_like(entropy, entropy[0])
 
 
 def _further(scene: Scene, density: np.ndarray, mass: np.ndarray) -> float:

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from astroinertia.errors import SceneError
 from astroinertia.observables.own import OBSERVABLES
 from astroinertia.scene import bodies, equations_of_state, schema
 from astroinertia.scene.auto import AUTO, Choice, choose
+from astroinertia.scene.body_kinds.profile import shells_of
 from astroinertia.scene.dimensional import described, fraction
 from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.from_python import kind_of, text_of
@@ -35,7 +37,7 @@ from astroinertia.scene.source import (
     read_regular_file,
 )
 from astroinertia.scene.text import toml_value, with_overrides
-from astroinertia.units import ALL_MODELS, shown
+from astroinertia.units import ALL_MODELS, quantity, shown
 
 SWEEP, SI = "sweep", "SI"
 """The table that makes several runs of a scene: scene.sweep."""
@@ -171,24 +173,34 @@ def _listing(tables: dict[str, Any], things: Sequence[Any]) -> list[str]:
 
 
 def _units_of_files(tables: dict[str, Any], origin: str | None) -> list[str]:
-    """Overrides that give a scene without units, or in SI, those of the first particle table among its bodies.
+    """Overrides that give a scene without units, or in SI, those of the first file among its bodies.
 
     None where a table is there whose numbers have no units: its body says so.
     """
     units, bodies = tables.get("units"), tables.get("bodies", [tables.get("body")])
     if units not in (None, SI) or not isinstance(bodies, list):
         return []
-    files = [body.get("file") for body in bodies if isinstance(body, dict) and body.get("kind") == "table"]
-    paths = [file_of_scene(origin, file) for file in files if isinstance(file, str) and file]
-    if not files or len(paths) < len(files):
+    from_files = [body for body in bodies if isinstance(body, dict) and body.get("kind") in ("table", "profile")]
+    if not from_files or not all(isinstance(body.get("file"), str) and body["file"] for body in from_files):
         return []
-    from astroinertia.sph.table import units_for  # only where there is a file to open
-
-    stated = [sizes for path in paths if (sizes := units_for(path, units == SI)) is not None]
-    if len(stated) < len(paths):
+    stated = [_sizes(body, file_of_scene(origin, body["file"]), units == SI) for body in from_files]
+    if None in stated:
         return []
     mass, length = stated[0]
     return [f'units={{mass="{mass!r} kg", length="{length!r} m"}}']
+
+
+def _sizes(body: Mapping[str, Any], path: Path, in_si: bool) -> Any:
+    """Mass (kg) and radius (m) of what a body takes from its file; None where its numbers have no units."""
+    if body["kind"] == "table":
+        from astroinertia.sph.table import units_for  # only where there is a file to open
+
+        return units_for(path, in_si)
+    inner = None
+    with suppress(SceneError, TypeError):  # what is no mass is refused with its key, below
+        inner = quantity(body["inner_mass"], "mass") if "inner_mass" in body else None
+    shells = shells_of(path, inner)
+    return float(shells.mass[-1]), float(shells.radius[-1])
 
 
 def _particles_to_choose(tables: dict[str, Any]) -> list[str]:

@@ -118,6 +118,28 @@ class Progenitor:
         return float((self.angular_velocity * 2 / 3 * self._mean_square * np.diff(self.mass, prepend=0.0)).sum())
 
     @property
+    def rotational_energy(self) -> float:
+        """sum of 1/3 omega^2 r^2 dm over shells of even density; 0 without rotation."""
+        if self.angular_velocity is None:
+            return 0.0
+        return float((self.angular_velocity**2 / 3 * self._mean_square * np.diff(self.mass, prepend=0.0)).sum())
+
+    def pressure_in_balance(self, gravitational_constant: float) -> np.ndarray:
+        """The pressure (K,) that holds up what is above the middle of each shell, in radius: int rho G m / r^2 dr."""
+        edges = np.append(0.0, self.radius)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        even = 4 / 3 * np.pi * self.density
+        core = self.mass - even * self.radius**3  # m = core + even r^3 within a shell
+
+        def weight(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+            # The innermost has no core: its 1/low is infinite.
+            hollow = np.where(low > 0.0, core / np.where(low > 0.0, low, 1.0) - core / high, 0.0)
+            return gravitational_constant * self.density * (hollow + even * (high**2 - low**2) / 2)
+
+        above = np.cumsum(weight(edges[:-1], edges[1:])[::-1])[::-1]
+        return weight(middle, edges[1:]) + np.append(above[1:], 0.0)
+
+    @property
     def moment_of_inertia(self) -> float:
         """About any axis through the centre."""
         return float((2 / 3 * self._mean_square * np.diff(self.mass, prepend=0.0)).sum())

@@ -266,3 +266,4 @@ def test_scenes_that_cannot_be_are_refused(change, message):
 def test_the_plan_tells_of_the_profile():
     text = plan(scene_of(KEPLER)).text()
     assert "the inner 2.78377e+30 kg" in text and "1 times as fast as the file says" in text
+    assert "2.78377e+30 kg within" in text and "its size is not known" not in text
