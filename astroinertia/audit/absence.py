@@ -6,7 +6,6 @@ tests/physics/test_audit.py.
 """
 
 import json
-import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ from typing import Any
 
 from astroinertia.audit.operations import COMMON
 from astroinertia.errors import AstroinertiaError
-from astroinertia.process.children import completed
+from astroinertia.process.children import completed, imports_as_here
 from astroinertia.scene.schema import Scene
 
 STEPS = 8  # of which the median is taken for a cost
@@ -118,7 +117,7 @@ def _asked(scene: Scene, leave_out: str | None, steps: int) -> Mapping[str, Any]
     run = completed(
         [sys.executable, "-P", "-m", "astroinertia.audit.child"],  # -P: not what lies in the working folder
         json.dumps(question),
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        env=imports_as_here(),
     )
     if run.returncode:
         complaints = run.stderr.strip().splitlines()

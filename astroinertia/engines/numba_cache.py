@@ -21,6 +21,7 @@ from types import ModuleType
 from numba.core.event import Event, Listener, register
 
 from astroinertia.process import activity, interrupts
+from astroinertia.process.cache_directory import cache_directory
 
 
 class _Announced(Listener):
@@ -54,9 +55,7 @@ def kernel_directory() -> Path:
 
     Raises PermissionError for a directory that somebody else owns or may write to.
     """
-    chosen = os.environ.get("ASTROINERTIA_CACHE")
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    path = Path(chosen) if chosen else home / "astroinertia" / "kernels"
+    path = cache_directory() / ("" if os.environ.get("ASTROINERTIA_CACHE") else "kernels")
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:

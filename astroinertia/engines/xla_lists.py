@@ -120,6 +120,11 @@ def covers(xp: Any, arrangement: Arrangement, position: Any, smoothing_length: A
     return xp.all(steady & (smoothing_length <= (1.0 + margins.growth) * listed))
 
 
+def device(array: Any) -> Any:
+    """Numbers of particles, leaves and tiles as compiled sums have them."""
+    return jnp.asarray(array, dtype=jnp.int32)
+
+
 def _rounded(count: int) -> int:
     # Up to a power of two, so that lists of similar length share one compiled program; unused chunks are skipped.
     return 1 << (count - 1).bit_length() if count else 0
@@ -150,9 +155,6 @@ def _tiles(
     padded_sources = np.full((total, sources.shape[1]), empty, np.int32)
     padded_sources[: len(leaf)] = sources
     whole = np.concatenate([blocks, np.full((1, blocks.shape[1]), int(leaves.start[-1]))])
-
-    def device(array: np.ndarray) -> Any:
-        return jnp.asarray(array, dtype=jnp.int32)
 
     return Tiles(
         slots=device(slots),

@@ -18,6 +18,7 @@ from numba import njit
 from astroinertia.engines.numba_vectors import ENTRY
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.threads import available_threads
+from astroinertia.engines.xla_lists import device
 from astroinertia.gravity import full_leaves
 
 TASKS = 64  # ranges of leaves that threads share out
@@ -108,12 +109,12 @@ def interaction_lists(
     empty = total - len(tree.first)
     tiles = max(1, pairs_in_chunk // leaf_size**2)
     return Lists(
-        slots=_device(slots),
-        row=_device(row_of),
-        column=_device(column_of),
-        first=_device(np.pad(tree.first, (0, empty))),
-        last=_device(np.pad(tree.last, (0, empty))),
-        leaf_node=_device(leaf_node),
+        slots=device(slots),
+        row=device(row_of),
+        column=device(column_of),
+        first=device(np.pad(tree.first, (0, empty))),
+        last=device(np.pad(tree.last, (0, empty))),
+        leaf_node=device(leaf_node),
         scale=jnp.asarray(np.pad(scale, (0, empty + 1), constant_values=1.0)),
         local=_chunks(*rows, nodes_in_chunk // NODES_IN_ROW, total - 1, total),
         shifts=_chunks(*shifts, nodes_in_chunk // ANCESTORS_IN_ROW, leaves - 1, total),
@@ -128,10 +129,6 @@ def _roomy(count: int) -> int:
     return -(-count // step) * step
 
 
-def _device(array: Any) -> Any:
-    return jnp.asarray(array, dtype=jnp.int32)
-
-
 def _chunks(target: np.ndarray, source: np.ndarray, size: int, last_target: int, empty: int) -> Chunks:
     # Up to a power of two, so that lists of similar length share one compiled program; unused chunks are skipped.
     size = min(size, 1 << max(0, len(target) - 1).bit_length())
@@ -142,7 +139,7 @@ def _chunks(target: np.ndarray, source: np.ndarray, size: int, last_target: int,
     sources = np.full((total * size, *source.shape[1:]), empty)
     sources[: len(target)] = source
     return Chunks(
-        _device(targets.reshape(total, size)), _device(sources.reshape(total, size, *source.shape[1:])), _device(used)
+        device(targets.reshape(total, size)), device(sources.reshape(total, size, *source.shape[1:])), device(used)
     )
 
 

@@ -29,7 +29,7 @@ class Figures(NamedTuple):
 class Evolution(Protocol):
     """A body at some time of its evolution, in code units.
 
-    A module start_<model>.py makes one: `evolution(scene, units)` at time 0, `resumed(scene, units, arrays)` from a
+    A module build/<model>.py makes one: `evolution(scene, units)` at time 0, `resumed(scene, units, arrays)` from a
     checkpoint, which goes on bit for bit as if it had never stopped.
     """
 

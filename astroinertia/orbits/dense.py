@@ -5,13 +5,13 @@ ends of a step follows the orbit to some 1e-14 of the distance. Derivatives of t
 New Astronomy 13, 498, eqs. 10 to 16. Checked by tests/unit/orbits/test_dense.py.
 """
 
-import ctypes
 import math
 from typing import Any
 
 import numpy as np
 import rebound
 
+from astroinertia.orbits.states import live
 from astroinertia.process.quantities import with_quantities
 
 _KNOWN = 5  # derivatives at each end, the place itself among them
@@ -86,9 +86,7 @@ class DenseOrbits:
 
 def _steps(bodies: rebound.Simulation, span: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (K,) from 0 on and states (K, N, 6) at the ends of the steps in which a simulation passes a time."""
-    first: Any = bodies.particles[0]
-    particles = (rebound.Particle * bodies.N).from_address(ctypes.addressof(first))
-    present = np.frombuffer(particles).reshape(bodies.N, -1)[:, :6]
+    present = live(bodies)
     bodies.t = 0.0  # late times are too coarse for short steps
     times, states = [0.0], [present.copy()]
 

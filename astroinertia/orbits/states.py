@@ -25,16 +25,29 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     [[ 1.  0.  0.]
      [-1.  0.  0.]]
     """
-    rows = np.empty((len(times), bodies.N, 6))
-    # Read where they are: to ask for a copy takes longer than a step of few bodies.
-    first: Any = bodies.particles[0]
-    here = (rebound.Particle * bodies.N).from_address(ctypes.addressof(first))
-    now = np.frombuffer(here).reshape(bodies.N, -1)[:, :6]
+    rows, now = np.empty((len(times), bodies.N, 6)), live(bodies)
     for row, time in zip(rows, times.tolist(), strict=True):
         go_on(bodies, time)
         row[:] = now
     relative = np.delete(rows, origin, axis=1) - rows[:, [origin]]
     return relative[..., :3], relative[..., 3:]
+
+
+def live(bodies: rebound.Simulation) -> np.ndarray:
+    """Positions and velocities (N, 6) of all particles, which go on with the simulation.
+
+    Read where they are: to ask for a copy takes longer than a step of few bodies.
+
+    >>> bodies = rebound.Simulation()
+    >>> bodies.add(m=1.0, vx=2.0)
+    >>> now = live(bodies)
+    >>> bodies.integrate(1.0)
+    >>> print(now)
+    [[2. 0. 0. 2. 0. 0.]]
+    """
+    first: Any = bodies.particles[0]
+    here = (rebound.Particle * bodies.N).from_address(ctypes.addressof(first))
+    return np.frombuffer(here).reshape(bodies.N, -1)[:, :6]
 
 
 @with_quantities()

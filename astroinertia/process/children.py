@@ -1,10 +1,17 @@
 """Programs that this process waits for; they end with it where a signal ends a command."""
 
+import os
 import subprocess
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from astroinertia.process import interrupts
+
+
+def imports_as_here() -> dict[str, str]:
+    """The environment for another interpreter, which then imports what this one would, wherever that was found."""
+    return os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
 
 
 def completed(

@@ -9,7 +9,6 @@ Tests: tests/unit/run/test_beside.py.
 
 import functools
 import json
-import os
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -46,12 +45,14 @@ def _helped(scene: Scene) -> Iterator[None]:
 
 @contextmanager
 def _process(scene: Scene, file: Any) -> Iterator[None]:
-    import subprocess  # where something is compiled
+    import subprocess  # only here: where something is compiled
+
+    from astroinertia.process.children import imports_as_here
 
     file.write(json.dumps([scene.to_toml(), scene.origin]).encode())
     file.flush()
     command = [sys.executable, "-P", "-m", "astroinertia.run.ahead", str(file.fileno())]
-    env = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    env = imports_as_here() | ONE_THREAD
     nothing, pipe = subprocess.DEVNULL, subprocess.PIPE
     with subprocess.Popen(
         command, stdin=pipe, stdout=nothing, stderr=nothing, pass_fds=[file.fileno()], env=env, process_group=0

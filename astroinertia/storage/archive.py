@@ -42,7 +42,7 @@ from astroinertia.storage.manifest import COPY, MANIFEST, SAVED
 from astroinertia.storage.outputs import SERIES, SNAPSHOT, Snapshots, stacked, table, unread
 
 LOCK = "lock"
-SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: scale.folder
+SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: sweeps.folder
 
 
 class Archive:

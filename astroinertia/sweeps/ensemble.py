@@ -4,7 +4,6 @@ Tests: tests/unit/sweeps/test_ensemble.py.
 """
 
 import math
-import os
 import time as clock
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,6 +17,7 @@ from astroinertia.costs import machine
 from astroinertia.costs.prediction import Prediction, predict
 from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
+from astroinertia.process.cores import cores
 from astroinertia.scene.sweep import Sweep
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import locked
@@ -141,13 +141,7 @@ def predictions(sweep: Sweep, numbers: Sequence[int]) -> list[Prediction | None]
     [True, True]
     """
     speeds = machine.current()
-    predicted: list[Prediction | None] = []
-    for number in numbers:
-        try:
-            predicted.append(predict(sweep.scene(number), speeds))
-        except (ArithmeticError, ValueError):  # a body at the edge of what numbers hold
-            predicted.append(None)
-    return predicted
+    return [predict(sweep.scene(number), speeds) for number in numbers]
 
 
 def refused(sweep: Sweep, numbers: Sequence[int]) -> dict[int, str]:
@@ -173,8 +167,7 @@ def usual_workers(predicted: Sequence[Prediction | None]) -> int:
     1
     """
     seconds = sum(math.inf if prediction is None else prediction.evolution.wall for prediction in predicted)
-    cores = os.cpu_count() or 1
-    return min(cores, len(predicted)) if seconds > WORTH_WORKERS and len(predicted) > 1 else 1
+    return min(cores(), len(predicted)) if seconds > WORTH_WORKERS and len(predicted) > 1 else 1
 
 
 def _carry_out(

@@ -6,7 +6,6 @@ process of the sweep says what is to be stopped.
 Tests: tests/unit/sweeps/test_ensemble.py, tests/crash/test_sweep_signals.py.
 """
 
-import os
 import signal
 import subprocess
 import sys
@@ -21,6 +20,8 @@ from pathlib import Path
 
 from astroinertia.errors import AstroinertiaError, RunInterrupted
 from astroinertia.process import interrupts
+from astroinertia.process.children import imports_as_here
+from astroinertia.process.cores import cores
 from astroinertia.process.interrupts import LIMIT
 from astroinertia.sweeps.folder import SESSION
 from astroinertia.sweeps.members import PATIENCE, Outcome, Task, given_up
@@ -39,7 +40,7 @@ def side_by_side(tasks: Sequence[Task], workers: int, deadline: float) -> Iterat
     """
     stops: list[str] = []
     waiting, tries = deque(tasks), Counter[int]()
-    threads = max(1, (os.cpu_count() or 1) // workers)
+    threads = max(1, cores() // workers)
     pool: list[_Worker] = []
     with interrupts.noted(stops):
         try:
@@ -74,10 +75,7 @@ class _Worker:
         self.task: Task | None = None
         self.connection, theirs = Pipe()
         command = [sys.executable, "-P", "-m", "astroinertia.sweeps.worker", str(theirs.fileno())]
-        env = os.environ | {
-            "NUMBA_NUM_THREADS": str(threads),
-            "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
-        }
+        env = imports_as_here() | {"NUMBA_NUM_THREADS": str(threads)}
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, interrupts.SIGNALS)  # what a child inherits
         try:
             with theirs:

@@ -5,7 +5,7 @@ Gresho & Chan 1990, Int. J. Numer. Methods Fluids 11, 621; as a test of particle
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
+from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
 from astroinertia.test_problems.matter import Matter, Solution, Standard
 
 
@@ -31,7 +31,7 @@ def place(count: int, lengths: np.ndarray, gamma: float) -> Matter:
 
 def exact(position: np.ndarray, time: float, lengths: np.ndarray, gamma: float) -> Solution:
     """The same at all times."""
-    x, y = (position[:, a] - lengths[a] * np.round(position[:, a] / lengths[a]) for a in (0, 1))
+    x, y, _ = in_box(position, lengths).T
     radius = np.hypot(x, y)
     rate = speed(radius) / np.maximum(radius, 1e-12)
     velocity = np.stack([-rate * y, rate * x, 0.0 * x], axis=1)

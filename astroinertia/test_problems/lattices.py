@@ -33,6 +33,11 @@ def cells_for(count: float, lengths: np.ndarray, even: bool = False) -> tuple[in
     return cells  # type: ignore[return-value]
 
 
+def in_box(position: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Where particles (N, 3), or their images, lie in a box around the origin that repeats itself."""
+    return position - lengths * np.round(position / lengths)
+
+
 def centred(lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Low and high corner of a box around the origin."""
     half = 0.5 * np.asarray(lengths)

@@ -19,6 +19,11 @@ class Side:
         """Speed of sound."""
         return (gamma * self.pressure / self.density) ** 0.5
 
+    def shock(self, pressure: float, gamma: float) -> float:
+        """Speed in this gas of a shock with that pressure behind it."""
+        ratio = pressure / self.pressure
+        return self.sound(gamma) * ((gamma + 1.0) / (2.0 * gamma) * ratio + (gamma - 1.0) / (2.0 * gamma)) ** 0.5
+
 
 def star(left: Side, right: Side, gamma: float) -> tuple[float, float]:
     """Pressure and velocity between the two waves; ValueError where the gases part and leave a vacuum."""
@@ -62,9 +67,8 @@ def _beside(
     # Left of the contact, through the wave that runs to the left.
     sound, ratio, edge = side.sound(gamma), pressure / side.pressure, (gamma - 1.0) / (gamma + 1.0)
     if ratio > 1.0:
-        shock = side.velocity - sound * ((gamma + 1.0) / (2.0 * gamma) * ratio + (gamma - 1.0) / (2.0 * gamma)) ** 0.5
         dense = side.density * (ratio + edge) / (edge * ratio + 1.0)
-        ahead = speed < shock
+        ahead = speed < side.velocity - side.shock(pressure, gamma)
         return (
             np.where(ahead, side.density, dense),
             np.where(ahead, side.velocity, velocity),

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
+from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
 from astroinertia.test_problems.matter import Matter, Solution, Standard
 
 COLD = 1e-6  # pressure of the gas around
@@ -90,7 +90,7 @@ def shock_radius(time: float, gamma: float) -> float:
 def exact(position: np.ndarray, time: float, lengths: np.ndarray, gamma: float) -> Solution:
     """The self-similar flow behind the shock, and gas at rest before it."""
     s, density, v, sound, _ = similarity(gamma)
-    place = position - lengths * np.round(position / lengths)
+    place = in_box(position, lengths)
     radius, reach = np.linalg.norm(place, axis=1), shock_radius(time, gamma)
     inside, at = radius <= reach, radius / reach
     flow = np.where(inside, 0.4 / time * np.interp(at, s, v), 0.0)
@@ -103,8 +103,7 @@ def exact(position: np.ndarray, time: float, lengths: np.ndarray, gamma: float) 
 
 def compared(position: np.ndarray, time: float, lengths: np.ndarray) -> np.ndarray:
     """The sphere that fits into the box."""
-    place = position - lengths * np.round(position / lengths)
-    return np.linalg.norm(place, axis=1) < 0.5 * lengths.min()
+    return np.linalg.norm(in_box(position, lengths), axis=1) < 0.5 * lengths.min()
 
 
 SEDOV = Standard(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, filled
+from astroinertia.test_problems.lattices import cells_for, filled, in_box
 from astroinertia.test_problems.matter import Matter, Solution, Standard
 from astroinertia.test_problems.riemann import Side, sampled, star
 
@@ -40,7 +40,7 @@ class Tube:
 
     def exact(self, position: np.ndarray, time: float, lengths: np.ndarray, gamma: float) -> Solution:
         """The Riemann solution of the membrane on the particle's side of the middle."""
-        x = position[:, 0] - lengths[0] * np.round(position[:, 0] / lengths[0])
+        x = in_box(position, lengths)[:, 0]
         way = np.where(x < 0.0, -1.0, 1.0)
         speed = (np.abs(x) - 0.25 * lengths[0]) / max(time, 1e-300)
         density, flow, pressure = sampled(speed, self.left, self.right, gamma)
@@ -51,9 +51,7 @@ class Tube:
     def meeting_time(self, length: float, gamma: float) -> float:
         """When the first waves of the two membranes meet."""
         pressure, velocity = star(self.left, self.right, gamma)
-        side, ratio = self.right, pressure / self.right.pressure
-        shock = side.sound(gamma) * ((gamma + 1.0) / (2.0 * gamma) * ratio + (gamma - 1.0) / (2.0 * gamma)) ** 0.5
-        return 0.25 * length / max(shock, self.left.sound(gamma), abs(velocity))
+        return 0.25 * length / max(self.right.shock(pressure, gamma), self.left.sound(gamma), abs(velocity))
 
 
 SOD_TUBE = Tube(Side(1.0, 0.0, 1.0), Side(0.125, 0.0, 0.1), 2)

@@ -5,7 +5,7 @@ Saitoh & Makino 2013, ApJ 768, 44; here the ratio of densities is 8, which latti
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
+from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
 from astroinertia.test_problems.matter import Matter, Solution, Standard
 
 PRESSURE = 2.5
@@ -14,8 +14,7 @@ DENSITY = 8.0  # of the square; 1 around
 
 def inside(position: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """The middle half of the box along x and y, (N,) bool."""
-    place = position - lengths * np.round(position / lengths)
-    return np.all(np.abs(place[:, :2]) < 0.25 * lengths[:2], axis=1)
+    return np.all(np.abs(in_box(position, lengths)[:, :2]) < 0.25 * lengths[:2], axis=1)
 
 
 def place(count: int, lengths: np.ndarray, gamma: float) -> Matter:

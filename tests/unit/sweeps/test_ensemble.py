@@ -636,3 +636,9 @@ def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, cap
     assert "--workers is for a scene with [sweep]" in capsys.readouterr().err
     assert main(["tradeoff", "core.toml"]) == 2
     assert "[sweep] makes several runs" in capsys.readouterr().err
+
+
+def test_there_are_no_more_workers_than_cores_that_the_process_may_use(monkeypatch):
+    for bound, usual in (({1}, 1), ({0, 3}, 2), (set(range(8)), 3)):
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _, bound=bound: bound, raising=False)
+        assert ensemble.usual_workers([None] * 3) == usual
