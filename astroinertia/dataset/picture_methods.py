@@ -38,10 +38,9 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
                 if others["snapshots"] is None:
                     raise AbsentError("this dataset has no snapshots to draw.")
             figure = getattr(import_module(f"astroinertia.plots.{module}"), function)(**accessor._drawn(**others))
-            if size is not None:
-                import_module("astroinertia.plots.small").resize(figure, _size(size))
-            if path is not None:
-                figure.savefig(path)
+            share = 1.0 if size is None else import_module("astroinertia.plots.small").resize(figure, _size(size))
+            if path is not None:  # of as many dots as `show` gives it, also where it is smaller
+                figure.savefig(path, dpi=import_module("astroinertia.plots.style").RESOLUTION / share)
             return figure
 
         listed = "\n".join(f"{name}: {text}." for name, text in options.items())

@@ -21,28 +21,30 @@ SMALLEST_TYPE = 5.0  # points; smaller type is hardly read in print
 TITLE = float(STYLE["axes.titlesize"])
 
 
-def resize(figure: Figure, size: tuple[float, float]) -> None:
+def resize(figure: Figure, size: tuple[float, float]) -> float:
     """Give a figure another size, in inches; what is measured in points shrinks with it, and does not grow.
 
-    The share is the smaller of those of width and height, so that all text has its room. Small print is lifted towards
+    Returns by which share that shrinks. The share is the smaller of those of width and height, so that all text has its room. Small print is lifted towards
     5 points. Test: tests/unit/plots/test_small.py.
 
     >>> figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     >>> axes = figure.subplots()
     >>> label = axes.set_ylabel("closure", fontsize=9)
-    >>> resize(figure, (6.0, 4.0))
+    >>> round(resize(figure, (6.0, 4.0)), 3)
+    0.667
     >>> label.get_fontsize()
     6.0
     """
     share = min(1.0, *(asked / own for asked, own in zip(size, figure.get_size_inches(), strict=True)))
     figure.set_size_inches(*size)
     if share == 1.0:
-        return
+        return share
     engine: Any = figure.get_layout_engine()
     engine.set(**{name: share * engine.get()[name] for name in ("h_pad", "w_pad")})
     with styled():
         for artist in figure.findobj():
             _shrink(artist, share)
+    return share
 
 
 def _shrink(artist: Artist, share: float) -> None:

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from PIL import Image
 
 from astroinertia.plots import pictures
 from astroinertia.plots.small import resize
-from astroinertia.plots.style import styled
+from astroinertia.plots.style import RESOLUTION, styled
 from tests.unit.affine_body import affine_run
 from tests.unit.affine_datasets import headline, particles
 from tests.unit.plots.test_attitude import free_top
@@ -68,3 +69,10 @@ def test_small_print_is_lifted_to_5_points_and_a_larger_picture_keeps_its_type(s
     for share, least in ((0.9, 0.9 * 8), (0.5, 5.0), (0.4, 0.4 * 10.5), (1.0, 8.0), (1.5, 8.0)):
         figure = series.inertia.plot_inertia(size=(share * width, share * height))
         assert smallest_type(figure) == pytest.approx(least)
+
+
+@pytest.mark.parametrize("size", [None, (3.4, 3.25)])
+def test_a_picture_for_a_column_is_written_with_as_many_dots_as_a_full_one(series, tmp_path, size):
+    series.inertia.plot_inertia(size=size, path=tmp_path / "inertia.png")
+    with Image.open(tmp_path / "inertia.png") as written:
+        assert abs(written.width - 9 * RESOLUTION) <= 1 and written.info["dpi"][0] >= RESOLUTION - 1
