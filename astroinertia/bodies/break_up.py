@@ -103,7 +103,8 @@ def orbit_at_equator(
     >>> print(f"{orbit_at_equator(5.972e24, 6.378e6, 1.0826e-3):.4e}")  # of the Earth
     1.2405e-03
     """
-    return np.sqrt(gravitational_constant * mass / np.asarray(equatorial_radius) ** 3 * (1 + 1.5 * np.asarray(j2)))
+    radius = np.asarray(equatorial_radius, dtype=float)
+    return np.sqrt(gravitational_constant * mass / radius**3 * (1 + 1.5 * np.asarray(j2)))
 
 
 @with_quantities()

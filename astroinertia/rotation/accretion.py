@@ -180,6 +180,6 @@ def spin_up_line(
     require_positive(accretion_rate=rate, mass=mass, radius=radius)
     period = positive_period(period)
     edge = (GRAVITATIONAL_CONSTANT * np.asarray(mass) * (period * fastness / (2 * math.pi)) ** 2) ** (1 / 3)
-    flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(rate) ** 2
-    squared = np.sqrt((edge / coefficient) ** 7 * flow) * MAGNETIC_CONSTANT / np.asarray(radius) ** 6
+    flow = 2 * GRAVITATIONAL_CONSTANT * np.asarray(mass) * np.asarray(rate, dtype=float) ** 2
+    squared = np.sqrt((edge / coefficient) ** 7 * flow) * MAGNETIC_CONSTANT / np.asarray(radius, dtype=float) ** 6
     return dipole_period_derivative(period, np.sqrt(squared), moment_of_inertia, radius)

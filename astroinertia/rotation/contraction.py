@@ -83,8 +83,8 @@ def radius_at_temperature(
     1.0
     """
     refuse_negative(effective_temperature=effective_temperature)
-    radius = np.asarray(radius, dtype=float)
-    luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * np.asarray(effective_temperature) ** 4
+    radius, temperature = np.asarray(radius, dtype=float), np.asarray(effective_temperature, dtype=float)
+    luminosity = 4 * math.pi * radius**2 * STEFAN_BOLTZMANN_CONSTANT * temperature**4
     scale = kelvin_helmholtz_time(mass, radius, luminosity, index, gamma)
     return radius / np.cbrt(_swollen(1 + 3 * np.asarray(time, dtype=float) / scale))
 

@@ -264,7 +264,8 @@ def rotational_j2(love_number: Array, spin_rate: Array, radius: Array, gravitati
     >>> print(f"{rotational_j2(0.9, 7.292e-5, 6.371e6, 3.986e14):.2e}")  # of a fluid Earth
     1.03e-03
     """
-    return np.asarray(love_number) / 3 * np.asarray(spin_rate) ** 2 * np.asarray(radius) ** 3 / gravitational_parameter
+    rate, radius = np.asarray(spin_rate, dtype=float), np.asarray(radius, dtype=float)
+    return np.asarray(love_number) / 3 * rate**2 * radius**3 / gravitational_parameter
 
 
 @with_quantities()

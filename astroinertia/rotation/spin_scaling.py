@@ -145,4 +145,5 @@ def radius_of_period(moment_ratio: Array, mass: Array, angular_momentum: Array, 
     1.0000
     """
     refuse_negative(moment_ratio=moment_ratio, mass=mass)
-    return np.sqrt(np.abs(np.asarray(angular_momentum) * period) / (2 * math.pi * np.asarray(moment_ratio) * mass))
+    turned = np.abs(np.asarray(angular_momentum, dtype=float) * period)
+    return np.sqrt(turned / (2 * math.pi * np.asarray(moment_ratio) * mass))

@@ -125,3 +125,9 @@ def test_a_spun_up_polytrope_swells_and_turns_more_slowly_than_its_sphere():
     for index in (0.0, 3.0):
         with pytest.raises(ValueError, match="0 < n < 3"):
             spun_up_polytrope(index, mass, radius, momentum)
+
+
+def test_an_orbit_at_an_equator_in_whole_metres():
+    """n^2 = G M/a^3: a^3 of the Earth is 2.6e20 m3, beyond 64 bits."""
+    expected = math.sqrt(6.6743e-11 * 5.972e24 / float(6378000**3))
+    assert orbit_at_equator(5.972e24, 6378000, gravitational_constant=6.6743e-11) == pytest.approx(expected, rel=1e-14)

@@ -68,3 +68,9 @@ def test_what_is_negative_is_refused():
             contraction.radius_at_luminosity(1e14, **wrong)
     with pytest.raises(ValueError, match="effective_temperature must not be negative"):
         contraction.radius_at_temperature(1e14, **sun, effective_temperature=-5772.0)
+
+
+def test_a_temperature_in_whole_kelvin():
+    """(1e5 K)^4 is 1e20 K4, beyond 64 bits."""
+    hot = (1e9 * YEAR, SOLAR_MASS, SOLAR_RADIUS)
+    assert contraction.radius_at_temperature(*hot, 10**5) == contraction.radius_at_temperature(*hot, 1e5)

@@ -216,3 +216,9 @@ def test_what_attracts_nothing_is_refused():
         precession.nodal_precession(1e-3, 6.4e6, **orbit)
     with pytest.raises(ValueError, match="radius must not be negative"):
         precession.apsidal_precession(1e-3, -6.4e6, 4e14, 7e6)
+
+
+def test_a_radius_in_whole_metres_gives_the_j2_of_rotation():
+    """J2 = (k2/3) omega^2 R^3/(GM): R^3 of the Earth is 2.6e20 m3, beyond 64 bits."""
+    expected = 0.9 / 3 * 7.292e-5**2 * float(6371000**3) / 3.986e14
+    assert precession.rotational_j2(0.9, 7.292e-5, 6371000, 3.986e14) == pytest.approx(expected, rel=1e-14)

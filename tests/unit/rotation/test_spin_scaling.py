@@ -87,3 +87,9 @@ def test_radii_of_a_negative_mass_are_refused():
         spin_scaling.centrifugal_radius(4e15, -2e30)
     with pytest.raises(ValueError, match="mass must not be negative, not -1"):
         spin_scaling.radius_of_period(0.4, -1.0, 1.0, 1.0)
+
+
+def test_an_angular_momentum_in_whole_numbers():
+    """R^2 = L P/(2 pi k M), L P = 1e21 beyond 64 bits."""
+    radius = spin_scaling.radius_of_period(0.4, 10**12, 10**15, 10**6)
+    assert radius == pytest.approx(math.sqrt(1e21 / (2 * math.pi * 0.4 * 1e12)), rel=1e-14)
