@@ -24,13 +24,13 @@ TITLE = float(STYLE["axes.titlesize"])
 def resize(figure: Figure, size: tuple[float, float]) -> float:
     """Give a figure another size, in inches; what is measured in points shrinks with it, and does not grow.
 
-    Returns by which share that shrinks. The share is the smaller of those of width and height, so that all text has its room. Small print is lifted towards
-    5 points. Test: tests/unit/plots/test_small.py.
+    Returns the share by which that shrinks: the smaller of those of width and height, so that all text has its room.
+    Small print is lifted towards 5 points. Test: tests/unit/plots/test_small.py.
 
     >>> figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     >>> axes = figure.subplots()
     >>> label = axes.set_ylabel("closure", fontsize=9)
-    >>> round(resize(figure, (6.0, 4.0)), 3)
+    >>> print(f"{resize(figure, (6.0, 4.0)):.3f}")
     0.667
     >>> label.get_fontsize()
     6.0
