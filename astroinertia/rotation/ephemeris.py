@@ -33,6 +33,8 @@ _TOLERANCE_ARCHIVE = 1e-8  # between its snapshots
 _ROUND_OFF = 1e-15  # of coefficients over the distance
 _FIRST = 4.0  # of the first segment, in units of the shortest time of the orbits: about right where they are circles
 _MOST_BYTES = 2e9  # of coefficients
+_OTHER = 1e3  # times the tolerance, over a segment: velocities that are others than those of the positions
+_SURE = 10.0  # times what the slopes of positions may err by
 # Of a segment's half length: the points of the fit and between them those of the check (Chebyshev's extrema).
 _POINTS = -np.cos(np.pi * np.arange(2 * _FITTED - 1) / (2 * _FITTED - 2))
 _SHARES = 0.5 * (1.0 + _POINTS)
@@ -125,8 +127,8 @@ def ephemeris_of(
 ) -> Ephemeris:  # fmt: skip
     """The orbits that a function knows: positions and velocities (T, N, 3) relative to the body at times (T,).
 
-    masses: of the N companions, by their names. ValueError and NumericalError as in `ephemeris`. Checked by
-    tests/unit/rotation/test_ephemeris.py.
+    masses: of the N companions, by their names. ValueError and NumericalError as in `ephemeris`; ValueError where a
+    velocity is not the derivative of its position. Checked by tests/unit/rotation/test_ephemeris.py.
 
     >>> circle = lambda t: np.stack([np.cos(t), np.sin(t), 0 * t], -1)[:, None]
     >>> orbit = ephemeris_of(lambda t: (circle(t), circle(t + np.pi / 2)), 0.0, 20.0, {"moon": 0.01})
@@ -145,7 +147,7 @@ def ephemeris_of(
     if not (np.isfinite(distance) & np.isfinite(fast) & (distance > 0.0)).all():
         raise ValueError("at its start all states must be finite, and no companion where the body is")
     level = math.ceil(math.log2(max(1.0, float(np.max((end - start) * fast / distance)) / _FIRST)))
-    fit = _adapted(_Known(states, start), end - start, tolerance, level)
+    fit = _adapted(_Known(states, start, list(masses), tolerance), end - start, tolerance, level)
     return _table(
         list(masses), np.array(list(masses.values())), start, end, start + fit.middle, fit.half_length,
         fit.coefficients, fit.error,
@@ -197,14 +199,39 @@ def archive_ephemeris(
 class _Known:
     """Orbits of a function of time, as `_adapted` asks for them: see orbits.dense."""
 
-    def __init__(self, states: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: float) -> None:
-        self._states, self._start = states, start
+    def __init__(
+        self, states: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], start: float, names: list[str],
+        allowed: float,
+    ) -> None:  # fmt: skip
+        self._states, self._start, self._names, self._allowed = states, start, names, allowed
 
     def at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self._states(self._start + times)
+        place, speed = (np.asarray(part, dtype=float) for part in self._states(self._start + times))
+        self._refuse_other_velocities(times, place, speed)
+        return place, speed
 
     def leave(self, time: float) -> None:
         self._start += time
+
+    def _refuse_other_velocities(self, times: np.ndarray, place: np.ndarray, speed: np.ndarray) -> None:
+        """ValueError where velocities are not how the positions change, which no shorter segment would mend.
+
+        That is seen where a polynomial through the positions alone has converged: its last coefficients, times the
+        square of their order, bound the error of its slopes.
+        """
+        half_length = 0.5 * (times[-1] - times[0])
+        coefficients = np.einsum("km,m...->k...", _THROUGH, place)
+        slopes = np.einsum("mk,k...->m...", _SLOPES, coefficients) / half_length
+        apart = half_length * np.linalg.norm(speed - slopes, axis=-1)
+        unsure = len(times) ** 2 * np.linalg.norm(coefficients[-3:], axis=-1).max(axis=0)
+        certain = apart > np.maximum(_OTHER * self._allowed * np.linalg.norm(place, axis=-1), _SURE * unsure)
+        if certain.any():
+            at, number = np.unravel_index(np.argmax(np.where(certain, apart, 0.0)), apart.shape)
+            given, found = (f"({', '.join(f'{part:.6g}' for part in each[at, number])})" for each in (speed, slopes))
+            raise ValueError(
+                f"the velocity of {self._names[number]} at {self._start + times[at]:g} is {given}, and its position "
+                f"changes by {found} a unit of time there: velocities must be the derivatives of the positions"
+            )
 
 
 class _Segments(NamedTuple):
@@ -354,13 +381,17 @@ def _chebyshev(place: Array) -> tuple[Array, Array]:
     return xp.stack(values, axis=-1), xp.stack(slopes, axis=-1)
 
 
-def _matrices() -> tuple[np.ndarray, np.ndarray]:
-    """From nine positions and nine velocities to coefficients, (18, 18), and from these to the check, (8, 18)."""
+def _matrices() -> tuple[np.ndarray, ...]:
+    """From nine positions and nine velocities to coefficients, (18, 18), and from these to the check, (8, 18).
+
+    Then from seventeen positions to the polynomial through them, (17, 17), and from that to its slopes there.
+    """
     values, slopes = _chebyshev(_POINTS.astype(np.longdouble))
     met = np.concatenate([values[_AT_FIT], slopes[_AT_FIT]])
     inverse = np.linalg.inv(met.astype(float)).astype(np.longdouble)
     inverse = inverse @ (2.0 * np.eye(_COEFFICIENTS) - met @ inverse)  # Newton's step: the inverse alone costs 5e-15
-    return inverse.astype(float), values[_AT_CHECK].astype(float)
+    through = np.linalg.inv(values[:, :-1].astype(float))
+    return inverse.astype(float), values[_AT_CHECK].astype(float), through, slopes[:, :-1].astype(float)
 
 
-_FIT, _CHECK = _matrices()
+_FIT, _CHECK, _THROUGH, _SLOPES = _matrices()

@@ -141,6 +141,37 @@ def test_whfast_does_not_follow_heavy_bodies_that_meet():
     assert float(ephemeris(narrow, 7.0).error) < 1e-8
 
 
+@pytest.mark.parametrize("share", [1.0001, 0.0, -1.0])
+def test_velocities_that_are_not_those_of_the_places_are_refused_at_once(share):
+    """The second companion's from a time on; shorter segments, of which there would be millions, do not help."""
+
+    def circle(times, rate=1.0, distance=1.0):
+        return distance * np.stack([np.cos(rate * times), np.sin(rate * times), 0.0 * times], axis=-1)
+
+    asked = 0
+
+    def states(times):
+        nonlocal asked
+        asked += 1
+        right = 0.6 * circle(times + 2.5 * np.pi, 0.2)
+        there = np.where((times > 50.0)[:, None], share, 1.0) * right
+        return (
+            np.stack([circle(times), circle(times, 0.2, 3.0)], axis=1),
+            np.stack([circle(times + 0.5 * np.pi), there], axis=1),
+        )
+
+    with pytest.raises(ValueError, match=r"velocity of sun at [56]\d.* is \(.*, and its position changes by \("):
+        ephemeris_of(states, 0.0, 100.0, {"moon": 0.01, "sun": 1.0})
+    assert asked < 100
+
+
+def test_a_narrow_ellipse_has_the_velocities_of_its_places():
+    def states(times):
+        return tuple(np.pad(part, ((0, 0), (0, 1)))[:, None] for part in kepler(0.99, times))
+
+    assert float(ephemeris_of(states, 1.0, 9.0, {"comet": 0.0}, 1e-12).error) < 1e-12
+
+
 def test_what_cannot_be_tabulated_is_refused():
     bodies = simulation(1.0, [Companion("moon", 0.01, period=1.0, eccentricity=0.5)])
     with pytest.raises(ValueError, match="not after its start"):
