@@ -52,7 +52,8 @@ def of_rigid(scene: Scene, units: CodeUnits, mass: float) -> Any:
     from astroinertia.orbits import states
 
     start = bodies(scene, units, mass)
-    return two_way.Companions(states.masses(start)[1:], np.stack(states.present(start)))
+    radius = 0.0 if scene.body.radius is None else units.to_code(scene.body.radius, "length")
+    return two_way.Companions(states.masses(start)[1:], np.stack(states.present(start)), radius=radius)
 
 
 def names(scene: Scene, units: CodeUnits) -> list[str]:

@@ -74,13 +74,14 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     momentum = (body.moments + stiffening) * (attitude @ spin) if spun is None else attitude @ spun
     chosen = scene.numerics
     settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
-    return RigidBody(body, quaternion(attitude), momentum, settings)
+    names = companions.names(scene, units) if scene.orbits.back_reaction else ()
+    return RigidBody(body, quaternion(attitude), momentum, settings, names)
 
 
 def _outside(scene: Scene, units: CodeUnits, mass: float) -> Any:
     """The companions; SceneError where known orbits lead one within the body, to which the others may have pushed it.
 
-    What its own orbit says alone is refused before (build.refusals).
+    What its own orbit says alone is refused before (build.refusals); those that the body acts on, during the run.
     """
     others, radius = companions.of_rigid(scene, units, mass), scene.body.radius
     if others is None or radius is None or scene.orbits.back_reaction:

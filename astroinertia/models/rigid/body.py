@@ -250,6 +250,12 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple) -> dict[str, Ar
     return found
 
 
+def entered(time: Array, state: dict[str, Array], arguments: tuple) -> Array:
+    """Whether a companion is within the body that acts on it; time, state and arguments as for `rate`."""
+    body, orbit_unit = arguments[0], arguments[-1]
+    return jnp.any(two_way.within(body, orbit_unit * state["orbits"]))
+
+
 def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
     """The same for models.rigid.splitting: what effects do in an interval while the rest stands still.
 

@@ -48,6 +48,7 @@ class Settings:
 class RigidBody:
     """A rigid body under way (models.protocol.Evolution), from a quaternion (4,) and L in its principal axes (3,).
 
+    companions: names of those that it acts on.
     Runs under jax.enable_x64. Checked by tests/unit/models/rigid/test_evolution.py.
     """
 
@@ -56,8 +57,10 @@ class RigidBody:
     meets_times: ClassVar[bool] = True
     resumable: ClassVar[bool] = True
 
-    def __init__(self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings) -> None:
-        self.body, self.settings = body, settings
+    def __init__(
+        self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, companions: Sequence[str] = ()
+    ) -> None:  # fmt: skip
+        self.body, self.settings, self.companions = body, settings, companions
         self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
         self._begun: np.ndarray | None = None  # of a branch, the time, attitude and L that it began with
         self._start(0.0, quaternion, momentum)
@@ -220,6 +223,10 @@ class RigidBody:
             part = adaptive.Advanced(on.state, on.time, on.timestep, passed.since, *ended)
             if not self._way.goes_on(begun, part, float(times[number])):
                 self._refusal = NumericalError(FAR_TOO_MANY, time=self._time)
+        elif trouble >= passage.WITHIN:
+            name = self.companions[trouble - passage.WITHIN]
+            text = f"companion {name} comes within the rigid body, less than its radius from its centre: end it before"
+            self._refusal = NumericalError(text, time=float(passed.figure))
         elif trouble:
             figure = float(passed.figure)
             self._refusal = {

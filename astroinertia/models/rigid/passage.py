@@ -38,7 +38,7 @@ FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest 
 _MISALIGNED = 0.1  # up to which errors of the adaptive integrator in |m| and the direction of L are put right
 
 # What ends a call before its last output time: the part that met with it is not in the state, but for UNFINISHED.
-NOTHING, NOT_FINITE, TOO_FAST, STUCK, UNFINISHED = range(5)
+NOTHING, NOT_FINITE, TOO_FAST, STUCK, UNFINISHED, WITHIN = range(6)  # and from WITHIN on the number of a companion
 
 
 class Course(NamedTuple):
@@ -66,7 +66,8 @@ class Met(NamedTuple):
 class Passage(NamedTuple):
     """Where a call ended: the course, the states at the `number` output times that were met, and what ended it.
 
-    figure: the time that the part reached which met with trouble; where it was TOO_FAST, the steps that were needed.
+    figure: the time that the part reached which met with trouble, or at which a companion is within the body; where it
+    was TOO_FAST, the steps that were needed.
     since: steps since the last output time, or since the call began.
     """
 
@@ -163,18 +164,26 @@ def _split(
     steps = whole(jnp.where(possible, wanted, 1.0))
     more = jnp.minimum(steps, _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
-    flow = None
+    flow, within, state = None, None, course.state
     if course.state.orbits is not None:
         substeps = whole(two_way.STEPS_PER_TURN / steps_per_rotation)
         body = replace(body, companions=replace(body.companions, substeps=substeps))
         # A stage of order 8 needs points to order 2: what it is composed of raises the order of all.
-        flow = two_way.flow if order == _HIGHEST else two_way.fine_flow
+        flow, within = two_way.flow if order == _HIGHEST else two_way.fine_flow, two_way.within
+        state = replace(state, entered=jnp.full(body.companions.mass.shape, jnp.inf))
     state = splitting.advance(
-        course.state, body.rates, course.time, stop, more, order, body,
-        None if free else rigid.kick, None if body.change is None else rigid.size, flow,
+        state, body.rates, course.time, stop, more, order, body,
+        None if free else rigid.kick, None if body.change is None else rigid.size, flow, within,
     )  # fmt: skip
-    after = Course(state, stop, pace, (stop - course.time) / more, course.steps + more)
-    return after, jnp.where(possible, NOTHING, TOO_FAST), jnp.where(possible, stop, wanted)
+    after = Course(replace(state, entered=None), stop, pace, (stop - course.time) / more, course.steps + more)
+    trouble, figure = jnp.where(possible, NOTHING, TOO_FAST), jnp.where(possible, stop, wanted)
+    if within is None:
+        return after, trouble, figure
+    met = possible & jnp.isfinite(jnp.min(state.entered))
+    return (
+        after, jnp.where(met, WITHIN + jnp.argmin(state.entered), trouble),
+        jnp.where(met, jnp.min(state.entered), figure),
+    )  # fmt: skip
 
 
 def _adapted(
@@ -198,7 +207,8 @@ def _adapted(
         lambda: FIRST_STEP / jnp.maximum(present_pace(body, course, until), FIRST_STEP / left),
     )
     advanced = adaptive.advance(
-        rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance, None,
+        rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance,
+        None if orbits is None else rigid.entered,
         min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
     )  # fmt: skip
     turning, momentum, sums = (advanced.state[name] for name in ("turning", "momentum", "accumulated"))
@@ -214,8 +224,10 @@ def _adapted(
         state = splitting.put_right(state, _MISALIGNED)
         state = Rotor(filled(state.turning.total), state.angular_momentum, state.sums, orbits)
     time = jnp.where(advanced.unfinished, advanced.time, until)
+    nearest = 0 if orbits is None else jnp.argmin(jnp.sum(orbits.value[0] ** 2, axis=-1))
     after = Course(state, time, course.pace, advanced.timestep, course.steps + advanced.steps)
     trouble = jnp.where(advanced.unfinished, UNFINISHED, jnp.where(advanced.failed, STUCK, NOTHING))
+    trouble = jnp.where(advanced.stopped, WITHIN + nearest, trouble)
     return after, trouble, advanced.time
 
 

@@ -72,13 +72,15 @@ class Rotor:
     ascending; then the angular momentum in these axes. angular_momentum (3,) in inertial axes. sums (B,): running sums
     over kicks, such as the work of torques. Where the size is prescribed the first of them is the energy at size 1, and
     the second the work that the change of size has done. orbits (2, N, 3): places and speeds of the companions that
-    the body acts on (models.rigid.two_way), else None.
+    the body acts on (models.rigid.two_way), else None. entered (N,): while steps are made, the times at which these
+    were within the body first, infinite of those that were not.
     """
 
     turning: Compensated
     angular_momentum: Compensated
     sums: Compensated
     orbits: Compensated | None = None
+    entered: Array | None = None
 
     @property
     def quaternion(self) -> Array:
@@ -121,7 +123,7 @@ def in_space(quaternion: Array, vector: Array) -> Array:
     return _turned(quaternion[0], quaternion[1:], vector)
 
 
-@partial(jax.jit, static_argnames=("order", "kick", "size", "flow"))
+@partial(jax.jit, static_argnames=("order", "kick", "size", "flow", "within"))
 def advance(
     state: Rotor,
     rates: Array,
@@ -133,13 +135,15 @@ def advance(
     kick: Callable[[Tree, Array, Rotor, Array], Kick] | None = None,
     size: Callable[[Tree, Array], Array] | None = None,
     flow: Callable[[Tree, Compensated, Array], Compensated] | None = None,
+    within: Callable[[Tree, Array], Array] | None = None,
 ) -> Rotor:
     """The state at `until` after so many equal steps of order 2, 4, 6 or 8 from `time`.
 
     rates are those of `turning_rates`. kick(arguments, time, state, interval) is what all torques do in an interval
     that may be negative, with the time standing still; size(arguments, time) the factor of all moments;
-    flow(arguments, orbits, interval) what becomes of orbits that neither torques nor the attitude move. All are
-    functions of a module: each new one is compiled. Runs under jax.enable_x64. Checked by
+    flow(arguments, orbits, interval) what becomes of orbits that neither torques nor the attitude move, and
+    within(arguments, orbits) which companions (N,) are within the body, asked after every step. All are functions of a
+    module: each new one is compiled. Runs under jax.enable_x64. Checked by
     tests/unit/models/rigid/test_splitting.py.
     """
     stages = np.array(COMPOSITIONS[order])
@@ -165,6 +169,9 @@ def advance(
         if flow is not None:
             assert state.orbits is not None
             state = replace(state, orbits=flow(arguments, state.orbits, interval))
+        if within is not None:
+            there = within(arguments, state.orbits.value) & ((index + 1) % count == 0)
+            state = replace(state, entered=jnp.minimum(state.entered, jnp.where(there, before + interval, jnp.inf)))
         if kick is None:
             return state
         share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
@@ -198,6 +205,7 @@ def _kicked(state: Rotor, kick: Kick) -> Rotor:
         plus(state.angular_momentum, kick.angular_momentum),
         plus(state.sums, kick.sums),
         None if state.orbits is None else plus(state.orbits, kick.orbits),
+        state.entered,
     )
 
 

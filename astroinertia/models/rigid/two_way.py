@@ -29,12 +29,13 @@ STEPS_PER_TURN = 20.0  # of points, at least, where they turn fastest about the 
 class Companions:
     """Companions at one moment, in the form of a `rotation.ephemeris.Ephemeris`: masses (N,), places and speeds.
 
-    substeps: those of points in a stage of the splitting.
+    substeps: those of points in a stage of the splitting. radius: that of the body, within which none may come.
     """
 
     mass: Array
     orbits: Array
     substeps: Array | int = 1
+    radius: Array | float = 0.0
 
     def at(self, orbits: Array) -> "Companions":
         """The same elsewhere."""
@@ -105,6 +106,11 @@ def pushes(seen: Any) -> Array:
     """Those by the body's quadrupole, (N, 3), from what effects see of the body (models.rigid.body.View)."""
     attraction = quadrupole_attraction(seen)
     return attraction + (seen.companions.mass @ attraction) / seen.mass
+
+
+def within(body: Any, orbits: Array) -> Array:
+    """Which companions are nearer to the body's centre than its radius, (N,)."""
+    return jnp.sum(orbits[0] ** 2, axis=-1) < body.companions.radius**2
 
 
 def flow(body: Any, orbits: Compensated, interval: Array) -> Compensated:

@@ -1,5 +1,6 @@
 """Bodies that cannot be are refused by `plan`, and by a run before it does anything, with the limit."""
 
+import jax
 import pytest
 import rebound
 
@@ -352,6 +353,38 @@ def test_a_companion_that_another_pushes_into_a_rigid_body_is_refused_before_the
     refusals.refuse_impossible(pair)
     with pytest.raises(SceneError, match=r"companion moon comes within the body at 6470, .* rigid body, 1: end"):
         prepare(pair)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["splitting", "adaptive"])
+def test_a_companion_that_the_body_acts_on_does_not_come_within_it_unseen(integrator) -> None:
+    """As above, by a heavier star, and between two records: as REBOUND has the three as points, which differ little."""
+    star = 'name = "star"\nmass = 10.0\nsemi_major_axis = 25.0\ninclination = 1.5\n'
+    moon = 'name = "moon"\nmass = 1e-3\nsemi_major_axis = 5.0\n'
+    body = 'kind = "rigid"\nmass = 1.0\nradius = 1.0\nmoment_ratios = [0.399, 0.3995, 0.4]\n'
+    text = f'name = "kozai"\nmodel = "rigid"\nunits = "code"\n[body]\n{body}[effects.gravity_gradient]\n'
+    text += (
+        f'[time]\nend = 1500.0\n[numerics]\nintegrator = "{integrator}"\n[[companions]]\n{moon}[[companions]]\n{star}'
+    )
+    with pytest.raises(SceneError, match=r"companion moon comes within the body at 143\.4, "):
+        prepare(loads(text))
+    coupled = loads(text, ["orbits.back_reaction=true"])
+    refusals.refuse_impossible(coupled)
+    with jax.enable_x64(True):
+        run = prepare(coupled).evolution
+        run.advance(140.0)
+        with pytest.raises(
+            NumericalError, match=r"companion moon comes within the rigid body, .*\(time 14[34]\.?\d*\)"
+        ):
+            run.advance(1500.0)
+    outside = loads(
+        text.replace("radius = 1.0", "radius = 0.05").replace("end = 1500.0", "end = 160.0"),
+        ["orbits.back_reaction=true"],
+    )
+    with jax.enable_x64(True):
+        run = prepare(outside).evolution
+        run.advance(160.0)
+    assert run.time == 160.0
 
 
 def test_a_companion_of_an_archive_within_a_rigid_body_is_refused(tmp_path) -> None:
