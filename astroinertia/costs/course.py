@@ -20,12 +20,13 @@ from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES, Counts
 from astroinertia.costs.limits import Limits, Matter, length, limits
 from astroinertia.costs.shells import Shells
-from astroinertia.effects.one_zone import Zone, motion
+from astroinertia.effects.one_zone import motion
 from astroinertia.engines.few import FEW
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.body_kinds.layered import LayeredPlanet
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
+from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.plan import code_units, smoothing
@@ -109,21 +110,14 @@ def _limits(scene: Scene, end: float) -> tuple[Limits | None, np.ndarray | float
     start = at_start(scene)
     if start is None:
         return None, 1.0
-    zone = _zone(scene, start)
-    if (course := similar(scene, start, zone, end)) is not None:
-        return limits(scene, course.matter(scene, start, zone)), 1.0
+    if (course := similar(scene, start, end)) is not None:
+        return limits(scene, course.matter(scene, start)), 1.0
     moments = shells.followed(start, end)
     if not moments:
         return None, 1.0
     # Of few particles every one is looked at as a neighbour anyhow.
     crowding = 1.0 if body.particles <= FEW else _crowding(scene, start, moments)
     return limits(scene, _moving(scene, start, moments)), crowding
-
-
-def _zone(scene: Scene, start: Shells) -> Zone:
-    """The shells as one zone, with the flow that they have at first."""
-    zone = start.zone(float(np.trace(linear_flow(scene, code_units(scene), np.eye(3)))) / 3.0)
-    return zone if "gravity" in scene.effects else replace(zone, weight=0.0)
 
 
 class Course(NamedTuple):
@@ -134,8 +128,9 @@ class Course(NamedTuple):
     speeds: np.ndarray
     entropy: np.ndarray
 
-    def matter(self, scene: Scene, start: Shells, zone: Zone) -> list[Matter]:
+    def matter(self, scene: Scene, start: Shells) -> list[Matter]:
         """The shells of the start at those times, as they have grown."""
+        zone = start.zone
         sound, support, whole = start.sound, KERNELS[scene.numerics.kernel].support, float(start.mass.sum())
         found = []
         for time, size, speed, entropy in zip(*self, strict=True):
@@ -147,9 +142,10 @@ class Course(NamedTuple):
         return found
 
 
-def similar(scene: Scene, start: Shells, zone: Zone, end: float) -> Course | None:
+def similar(scene: Scene, start: Shells, end: float) -> Course | None:
     """The course of a body that keeps its profile; None of one that falls together and is shocked."""
     body: Any = scene.body
+    zone = start.zone
     if body.homologous:
         times = np.linspace(0.0, end, MOMENTS)
         sizes = body.core(float(start.mass.sum()), float(start.radius[-1])).scale_factor(times)
@@ -252,7 +248,13 @@ def at_start(scene: Scene) -> Shells | None:
     sinks, sink = scene.effects.get("sinks"), None
     if sinks is not None:
         sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
-    found = Shells(mass, radius, shells.in_balance(mass, radius), gamma, pieces, thermal, turning, sink)
+    weight = 1.0 if "gravity" in scene.effects else 0.0
+    if any(scene.entries[kind].added_weight for kind in scene.effects):
+        weight *= 1.0 + characteristic(scene).added_weight
+    growth = float(np.trace(linear_flow(scene, units, np.eye(3)))) / 3.0
+    found = Shells(
+        mass, radius, shells.in_balance(mass, radius), gamma, pieces, thermal, turning, sink, None, weight, growth
+    )
     if "pressure" not in scene.effects:
         return replace(found, pressure=np.zeros_like(mass))
     return replace(found, pressure=_pressure(scene, initial, found, places), further=further_pressure(scene))

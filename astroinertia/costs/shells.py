@@ -21,17 +21,19 @@ MOST_STEPS = 12_000  # some 0.6 s of processor time; the collapses of sims/ need
 EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre
+SQUEEZED = 1.01  # by which the exponent of the pressure is found
 LEAST = 1e-300  # of what something is divided by
 QUADRATIC, LINEAR = 1.0, 0.3  # viscosity, in squares of what a shell is crossed by, and in sound
 
 
 @dataclass(frozen=True)
 class Shells:
-    """A body at rest: masses (K,), radii (K,) of the outer edges and pressures (K,) of shells; G = 1.
+    """A body at first: masses (K,), radii (K,) of the outer edges and pressures (K,) of shells; G = 1.
 
     gamma: exponent of the pressure at first; pieces: densities, rising, and the exponents above each; thermal: exponent
     of heat from shocks, None where matter is not heated. turning (K,): square of the specific angular momentum. sink:
     density from which on what comes within a radius is gone. further: what effects add to the pressure at densities.
+    weight: of all, over that by Newton's gravity. expansion: the rate at which all grow.
     """
 
     mass: np.ndarray
@@ -43,6 +45,8 @@ class Shells:
     turning: np.ndarray
     sink: tuple[float, float] | None = None
     further: Callable[[np.ndarray], np.ndarray] | None = None
+    weight: float = 1.0
+    expansion: float = 0.0
 
     @property
     def density(self) -> np.ndarray:
@@ -51,17 +55,26 @@ class Shells:
 
     @property
     def sound(self) -> np.ndarray:
-        """Its speed in them, (K,), as the exponent at first has it."""
-        return np.sqrt(self.gamma * self.pressure / self.density)
+        """Its speed in them, (K,)."""
+        pressure, exponent = _cold(self, self.density, self.density)
+        return np.sqrt(exponent * pressure / self.density)
 
-    def zone(self, expansion: float) -> Zone:
-        """The whole as one zone that grows at a rate: as the edges carry their masses, without any error in balance."""
+    @property
+    def zone(self) -> Zone:
+        """The whole as one zone: as the edges carry their masses, without any error in balance."""
         carried, edges = _carried(self.mass), self.radius
         second = float(carried @ edges**2)
-        weight, turning = float(carried @ (np.cumsum(self.mass) / edges)), float(carried @ (self.turning / edges**2))
-        further = 0.0 if self.further is None else self.further(self.density)
-        pressure = 3.0 * float((self.pressure + further) @ _volumes(edges))
-        return Zone(weight / second, pressure / second, turning / second, self.gamma, expansion)
+        weight = self.weight * float(carried @ (np.cumsum(self.mass) / edges))
+        turning = float(carried @ (self.turning / edges**2))
+        triple, gamma = self._triple_pressure(1.0), self.gamma
+        if self.further is not None or self.density.max() > min((dense for dense, _ in self.pieces), default=math.inf):
+            gamma = math.log(self._triple_pressure(SQUEEZED) / triple) / math.log(SQUEEZED) + 1.0
+        return Zone(weight / second, triple / second, turning / second, gamma, self.expansion)
+
+    def _triple_pressure(self, denser: float) -> float:
+        """3 Pi, three times the volume integral of the pressure, were all of them so many times denser."""
+        pressure = _cold(self, self.density, denser * self.density)[0]
+        return 3.0 * float(pressure @ _volumes(self.radius)) / denser
 
 
 @dataclass(frozen=True)
@@ -82,15 +95,16 @@ class Moment:
 
 
 def followed(shells: Shells, end: float) -> list[Moment]:
-    """The shells from rest to the end, or to where so many steps have brought them."""
-    mass, enclosed, carried = shells.mass, np.cumsum(shells.mass), _carried(shells.mass)
-    edges, speed, heat, time = shells.radius, np.zeros(len(mass)), np.zeros(len(mass)), 0.0
+    """The shells to the end, or to where so many steps have brought them."""
+    mass, carried = shells.mass, _carried(shells.mass)
+    weighs = shells.weight * np.cumsum(mass)  # within each
+    edges, speed, heat, time = shells.radius, shells.expansion * shells.radius, np.zeros(len(mass)), 0.0
     volumes = _volumes(edges)
     first = mass / volumes
     opens, within = shells.sink or (math.inf, 0.0)
     moments: list[Moment] = []
     for step in range(MOST_STEPS):
-        if (gone := int((edges < within).sum())) and (len(mass) < len(enclosed) or (mass / volumes).max() > opens):
+        if (gone := int((edges < within).sum())) and (len(mass) < len(weighs) or (mass / volumes).max() > opens):
             if gone == len(mass):
                 break
             edges, speed, heat, first, mass = (a[gone:] for a in (edges, speed, heat, first, mass))
@@ -107,7 +121,7 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         viscous = density * squeezed * (QUADRATIC * squeezed + LINEAR * sound)
         total = pressure + viscous
         push = 4.0 * math.pi * edges**2 * (total - np.append(total[1:], 0.0)) / carried
-        acceleration = push - enclosed[-len(mass) :] / edges**2 + shells.turning / edges**3
+        acceleration = push - weighs[-len(mass) :] / edges**2 + shells.turning / edges**3
         if step % EVERY == 0 or time >= end:
             moments.append(Moment(time, density, sound, edges, speed, acceleration))
         if time >= end:

@@ -486,7 +486,7 @@ def test_planets_are_solved_for_in_every_process_and_effects_between_neighbours_
 def followed(scene):
     """Times and sizes of a body that keeps its profile."""
     start, end = course.at_start(scene), float(code_units(scene).to_code(scene.time.end, "time"))
-    return course.similar(scene, start, course._zone(scene, start), end)[:2]
+    return course.similar(scene, start, end)[:2]
 
 
 def test_a_sphere_falls_in_the_free_fall_time():

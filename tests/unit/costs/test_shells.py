@@ -40,6 +40,32 @@ def test_a_cold_sphere_falls_in_the_free_fall_time():
     assert half.time == pytest.approx(expected, rel=0.03)
 
 
+def test_four_times_the_weight_halves_the_times_of_a_fall():
+    cold = replace(AT_REST, pressure=0.0 * MASS)
+    once, heavier = followed(cold, 0.8)[-1], followed(replace(cold, weight=4.0), 0.4)[-1]
+    np.testing.assert_allclose(heavier.radius, once.radius, rtol=1e-9)
+    np.testing.assert_allclose(heavier.speed, 2.0 * once.speed, rtol=1e-9)
+    assert AT_REST.zone.imbalance < 1e-9
+    assert replace(AT_REST, weight=1.1).zone.imbalance == pytest.approx(0.1 / 1.1)
+
+
+def test_shells_without_weight_go_on_as_they_began():
+    coasting = followed(replace(AT_REST, pressure=0.0 * MASS, weight=0.0, expansion=0.5), 1.0)[-1]
+    np.testing.assert_allclose(coasting.radius, 1.5 * RADIUS, rtol=1e-9)
+
+
+def test_one_zone_has_the_exponent_of_all_that_presses():
+    """An even sphere of rho^(5/3) with as much of rho^2 taken away as halves it; and matter as stiff as where it is."""
+    even = replace(AT_REST, pressure=np.ones(40))
+    lost = 0.5 / even.density[0] ** 2
+    zone = replace(even, further=lambda density: -lost * density**2).zone
+    assert zone.pressure == pytest.approx(0.5 * even.zone.pressure)
+    assert zone.gamma == pytest.approx(2.0 * (5 / 3) - 2.0, abs=0.02)
+    dense = replace(even, pieces=((0.5 * even.density[0], 3.0),))
+    assert dense.zone.gamma == pytest.approx(3.0)
+    np.testing.assert_allclose(dense.sound**2, 3.0 * 2.0 ** (3.0 - 5 / 3) / even.density)
+
+
 def test_angular_momentum_holds_up_what_turns():
     turning = Shells(MASS, RADIUS, 1e-6 * AT_REST.pressure, 5 / 3, (), 5 / 3, RADIUS**4)
     np.testing.assert_allclose(followed(turning, 1.0)[-1].density, 3 / (4 * math.pi), rtol=1e-3)
