@@ -141,7 +141,7 @@ def programs():
                 numba_modules.neighbour_pass(KERNEL, terms, precision, False).module
                 for terms in (TERMS, (SOFTENED_LESS_POINT,))
             ),
-            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False)[0],
+            numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False).module,
             multipole._module(ORDER, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}

@@ -34,7 +34,7 @@ def add_plan_arguments(add: Add) -> None:
         help="say what a run of particles takes that mpirun -n N shares out over machines like this one")  # fmt: skip
 
 
-def report(options: Options, say: Say) -> str:
+def report(say: Say) -> str:
     """Measure the machine; what the command prints at the end."""
     from astroinertia.costs import calibration, machine
 

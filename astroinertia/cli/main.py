@@ -300,9 +300,9 @@ def _plan(options: Options) -> int:
     return GOOD if audited.holds else FAILED
 
 
-def _calibrate(options: Options) -> int:
+def _calibrate(_: Options) -> int:
     with _voice("a probe is at work"):
-        _say(cli_calibrate.report(options, _say))
+        _say(cli_calibrate.report(_say))
     return GOOD
 
 

@@ -16,7 +16,6 @@ from astroinertia.engines.elementwise import COMPILED
 from astroinertia.engines.few import FEW
 from astroinertia.engines.few_sources import rows_of, sources_of, tables_of
 from astroinertia.engines.numba_modules import (
-    FewPass,
     all_pairs_pass,
     density_pass,
     few_all_pairs_pass,
@@ -252,29 +251,30 @@ class Engine:
         terms = self._carried_by(tuple(terms), len(mass))
         virials = virial or (interval is None and self._in_one_program(terms, len(mass)))
         intervals = interval is not None
-        made = (
+        few = self._few(len(mass))
+        module, sums, needs = (
             few_neighbour_pass(kernel, terms, virials, intervals)
-            if self._few(len(mass))
+            if few
             else neighbour_pass(kernel, terms, self.precision, virials, intervals)
         )
         if wanted != {term.effect for term in terms}:  # what others ask for: nothing is made of their results
-            fields = {**{label.partition("_")[2]: 0.0 for label in made.arrays}, **fields}
-        named, support = _named(fields, made.arrays, len(mass)), float(KERNELS[kernel].support)
+            fields = {**{label.partition("_")[2]: 0.0 for label in needs.arrays}, **fields}
+        named, support = _named(fields, needs.arrays, len(mass)), float(KERNELS[kernel].support)
         mine, part = self._part(arrangement, _targets(arrangement, targets))
         workers = self._workers_for(mine)
         results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, intervals)
-        if isinstance(made, FewPass):
-            given = tables_of(made.needs, sources_of(position, mass, smoothing_length, made.arrays, named), support)
-            carry_out(made.sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
+        if few:
+            given = tables_of(needs, sources_of(position, mass, smoothing_length, needs.arrays, named), support)
+            carry_out(sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
         else:
             lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
             inputs = (position, smoothing_length, mass, support, *named)
             packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
-            table = _table(arrangement, len(mass) if packed else 0, made.width)
+            table = _table(arrangement, len(mass) if packed else 0, needs.width)
             if packed:
-                carry_out(made.pack, workers, *inputs, table)
+                carry_out(module.pack, workers, *inputs, table)
             carry_out(
-                made.sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
+                sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
                 lists.pool, *arrays,
             )  # fmt: skip
         made_here = {effect: results[effect] for effect in results if effect in wanted}
@@ -299,23 +299,21 @@ class Engine:
         virials = virial or self._in_one_program(terms, len(mass))
         support = float(KERNELS[kernel].support)
         if self._few(len(mass)):
-            made = few_all_pairs_pass(kernel, tuple(terms), virials)
-            named = _named(fields, made.arrays, len(mass))
-            sources = rows_of(
-                made.needs.rows, sources_of(position, mass, smoothing_length, made.arrays, named), support
-            )
+            _, sums, needs = few_all_pairs_pass(kernel, tuple(terms), virials)
+            named = _named(fields, needs.arrays, len(mass))
+            sources = rows_of(needs.rows, sources_of(position, mass, smoothing_length, needs.arrays, named), support)
             results, arrays = _results(np.zeros, terms, virials, len(mass), leaves.count)
-            carry_out(made.sums, self.workers, sources, leaves.start, *arrays)
+            carry_out(sums, self.workers, sources, leaves.start, *arrays)
             return _finished(results, virial)
-        _, function, names, distant = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
+        _, sums, needs = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
         targets = leaves.count  # as many nodes of the tree, each with its targets
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
         results, arrays = _results(np.zeros, terms, virials, len(mass), targets)
         carry_out(
-            function, self.workers, *nodes.columns, mass, support, support if distant else np.inf, nodes.rows,
-            arrangement.first, arrangement.last, targets, *_named(fields, names, len(mass)), *arrays,
+            sums, self.workers, *nodes.columns, mass, support, support if needs.masked else np.inf, nodes.rows,
+            arrangement.first, arrangement.last, targets, *_named(fields, needs.arrays, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results, virial)
 

@@ -16,27 +16,12 @@ from astroinertia.sph.kernels import KERNELS, Kernel
 KERNEL_PARTS = ("w", "dw", "softening")
 
 
-class NeighbourPass(NamedTuple):
-    """A generated sum over neighbours: the module, its entry functions and the arrays that `pack` puts in a table."""
-
-    module: ModuleType
-    pack: Callable
-    sums: Callable
-    arrays: list[str]
-    width: int
-
-
-class FewPass(NamedTuple):
-    """A generated sum of few particles in float64: the module, its entry function, and what that is given."""
+class Pass(NamedTuple):
+    """A generated sum: the module, its entry function and what that is given."""
 
     module: ModuleType
     sums: Callable
     needs: Needs
-
-    @property
-    def arrays(self) -> list[str]:
-        """What it is given besides position, mass and smoothing length."""
-        return self.needs.arrays
 
 
 def _kernel(name: str) -> Kernel:
@@ -80,8 +65,8 @@ def all_pairs_functions(
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, impulses: bool = False
-) -> NeighbourPass:
-    """The generated pass of a sum over neighbours.
+) -> Pass:
+    """The generated pass of a sum over neighbours, whose module has the function `pack` that fills its table.
 
     impulses: with results that are multiplied by the intervals of their pairs, besides the plain ones.
     """
@@ -98,11 +83,11 @@ def neighbour_pass(
         REACHES=needs.reaches,
     )
     module = load_module(f"neighbour_pass_{tag}", _joined(precision, functions, body))
-    return NeighbourPass(module, module.pack, getattr(module, f"neighbour_pass_{tag}"), needs.arrays, needs.width)
+    return Pass(module, getattr(module, f"neighbour_pass_{tag}"), needs)
 
 
 @functools.lru_cache(maxsize=128)
-def few_neighbour_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool, impulses: bool = False) -> FewPass:
+def few_neighbour_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool, impulses: bool = False) -> Pass:
     """As `neighbour_pass`, of few particles."""
     tag = "_".join(effect_names(terms))
     leaf, name = f"neighbour_leaf_{tag}", f"few_neighbour_pass_{tag}"
@@ -116,11 +101,11 @@ def few_neighbour_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool, i
         SPREAD=needs.spread,
     )
     module = load_module(name, _joined("float64", [sources.text(), "", "", *loop], body))
-    return FewPass(module, getattr(module, name), needs)
+    return Pass(module, getattr(module, name), needs)
 
 
 @functools.lru_cache(maxsize=128)
-def few_all_pairs_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool) -> FewPass:
+def few_all_pairs_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool) -> Pass:
     """As `all_pairs_pass`, of few particles."""
     tag = "_".join(effect_names(terms))
     leaf, name = f"near_leaf_{tag}", f"few_all_pairs_pass_{tag}"
@@ -129,18 +114,15 @@ def few_all_pairs_pass(kernel: str, terms: tuple[PairTerm, ...], virial: bool) -
     words = {"all_pairs_pass": name, "near_leaf": leaf, "results": results(terms, virial)}
     body = template("engines/numba_few_pairs.py", **words)
     module = load_module(name, _joined("float64", [sources.text(), "", "", *loop], body))
-    return FewPass(module, getattr(module, name), needs)
+    return Pass(module, getattr(module, name), needs)
 
 
 @functools.lru_cache(maxsize=128)
-def all_pairs_pass(
-    kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool
-) -> tuple[ModuleType, Callable, list[str], bool]:
-    """As `neighbour_pass`, for a sum over all pairs; also whether all of its terms have a form for far pairs."""
+def all_pairs_pass(kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool) -> Pass:
+    """The same for a sum over all pairs; its needs are masked where all of its terms have a form for far pairs."""
     tag = "_".join(effect_names(terms))
     leaves = f"near_leaf_{tag}", f"far_leaf_{tag}"
     needs, far_needs, functions = all_pairs_functions(kernel, terms, precision, *leaves, virial)
-    distant = len(far_needs.terms) > 0
     body = template(
         "engines/numba_all_pairs.py",
         all_pairs_pass=f"all_pairs_pass_{tag}",
@@ -150,12 +132,12 @@ def all_pairs_pass(
         results=results(terms, virial),
         ROWS=len(needs.rows),
         FAR_ROWS=len(far_needs.rows),
-        DISTANT=distant,
+        DISTANT=needs.masked,
     )
-    if not distant:  # everything is near: the walk finds nothing out of an infinite reach
+    if not needs.masked:  # everything is near: the walk finds nothing out of an infinite reach
         body = body[: body.index("        if False:")]
     module = load_module(f"all_pairs_pass_{tag}", _joined(precision, functions, body))
-    return module, getattr(module, f"all_pairs_pass_{tag}"), needs.arrays, distant
+    return Pass(module, getattr(module, f"all_pairs_pass_{tag}"), needs)
 
 
 @functools.lru_cache(maxsize=64)

@@ -52,9 +52,7 @@ def tree(position: np.ndarray, leaf_size: int, widest: np.ndarray, threads: int 
     first, last = np.zeros(2 * leaves - 1, np.int64), np.zeros(2 * leaves - 1, np.int64)
     right = np.zeros(2 * leaves - 1, np.int64)
     last[0] = leaves
-    task = np.zeros(0, np.int64)
-    roots = _part(position, order, first, last, right, leaf_size, 0, max(1, leaves // TASKS))
-    task = np.sort(roots)
+    task = np.sort(_part(position, order, first, last, right, leaf_size, 0, max(1, leaves // TASKS)))
     share_out(_part_tasks, threads, position, order, first, last, right, leaf_size, task)
     pieces = np.zeros(leaves, np.int64)
     share_out(_cut_leaves, threads, position, order, widest, leaf_size, pieces)

@@ -11,15 +11,15 @@ tests/physics/test_exports_elsewhere.py.
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from astroinertia.errors import SceneWarning
-from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
+from astroinertia.interop.hdf5 import Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
+from astroinertia.sph.table_gadget import CM, GRAM, FileUnits
 from astroinertia.units import DIMENSIONS, Dimension
 
 NAMES = {
@@ -34,24 +34,6 @@ NAMES = {
 TYPES = 6  # of particles: gas is type 0
 _GRAVITY = Dimension(-1, 3, -2)  # of G
 GIGAYEAR = 3.15576e16  # s, of 365.25 days
-
-
-@dataclass(frozen=True)
-class FileUnits:
-    """Units of mass, length and velocity of a file, in those of the snapshot."""
-
-    mass: float
-    length: float
-    velocity: float
-
-    @property
-    def time(self) -> float:
-        """The unit of time."""
-        return self.length / self.velocity
-
-    def of(self, dimension: Dimension) -> float:
-        """The unit of a dimension."""
-        return self.mass**dimension.mass * self.length**dimension.length * self.time**dimension.time
 
 
 # GADGET-2's default units, with the solar mass and the parsec of yt (unyt 3), which does not read what a file says

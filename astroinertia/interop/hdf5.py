@@ -9,11 +9,10 @@ import numpy as np
 
 from astroinertia.dataset.schema import SNAPSHOT
 from astroinertia.interop.snapshots import Snapshot
+from astroinertia.sph.table_gadget import CM, GRAM
 from astroinertia.storage.atomic import hdf5_refusals, write_whole
 from astroinertia.storage.table_hdf5 import h5py_for
 from astroinertia.units import Dimension
-
-CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from astroinertia.dataset.schema import SNAPSHOT
-from astroinertia.interop.hdf5 import CM, GRAM, Column, dimension, in_cgs, origin, plain, write_hdf5
+from astroinertia.interop.hdf5 import Column, dimension, in_cgs, origin, plain, write_hdf5
 from astroinertia.interop.snapshots import Snapshot
+from astroinertia.sph.table_gadget import CM, GRAM
 from astroinertia.units import DIMENSIONS, Dimension
 
 NAMES = {

@@ -82,7 +82,7 @@ def refuse_without_length(kernel: str, eta: float, mass: np.ndarray, spread: flo
         raise NumericalError("all particles lie in one place", particle=0)
 
 
-def refuse_unsolved(kernel: str, eta: float, mass: np.ndarray, solved: Density, identity: np.ndarray) -> None:
+def refuse_unsolved(eta: float, mass: np.ndarray, solved: Density, identity: np.ndarray) -> None:
     """NumericalError that names a particle whose density is not that of its smoothing length: too many in one place."""
     density = np.asarray(solved.density)
     if solved.contrast is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.storage.table_hdf5 import group_names, members, numbers, opened, split_vectors
-from astroinertia.units import GRAVITATIONAL_CONSTANT
+from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension
 
 _HEADER, _TYPE = "Header", "PartType"
 _LONGEST_ATTRIBUTE = 1000  # numbers
@@ -39,12 +39,21 @@ CM, GRAM = 100.0, 1000.0  # a metre in cm, a kilogram in g: these divide exactly
 
 @dataclass(frozen=True)
 class FileUnits:
-    """The units of length, mass and velocity that a file states, in SI, and G in them where it was set by hand."""
+    """The units of length, mass and velocity of a file, in SI, and G in them where it was set by hand."""
 
     length: float
     mass: float
     velocity: float
     constant: float | None = None
+
+    @property
+    def time(self) -> float:
+        """The unit of time."""
+        return self.length / self.velocity
+
+    def of(self, dimension: Dimension) -> float:
+        """The unit of a dimension."""
+        return self.mass**dimension.mass * self.length**dimension.length * self.time**dimension.time
 
     @property
     def all_one(self) -> bool:

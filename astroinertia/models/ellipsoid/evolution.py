@@ -85,7 +85,7 @@ class Ellipsoid:
     def record(self, opening_potential: float | None) -> Record:
         """One row of the headline series; the energies of the start are the body's own to remember."""
         with jax.enable_x64(True):
-            return series_record(self, opening_potential)
+            return series_record(self)
 
     look = record
 

@@ -25,7 +25,7 @@ def ledger_closure(body: Any) -> float:
     return closure(np.asarray(body.state.second_moment), moment * deformation @ deformation.T, body.largest_inertia)
 
 
-def series_record(body: Any, opening_potential: float | None) -> dict[str, Any]:
+def series_record(body: Any) -> dict[str, Any]:
     """The record of an affine body (models.ellipsoid.evolution.Ellipsoid).
 
     virial_mismatch compares each effect's own virial tensor with F G^T of its force. integration_energy_error is what

@@ -215,7 +215,7 @@ class Particles:
         name = (*self.effects, *TIMESTEP_CRITERIA)[int(limit["timestep_limit"])]
         place = float(limit["timestep_limit_radius"]), float(limit["timestep_limit_density"])
         at = None if np.isnan(place[0]) else place
-        return Figures(kept, largest, ledger_closure(self.problem, self.state), densest, name, at, self.note)
+        return Figures(kept, largest, ledger_closure(self.state), densest, name, at, self.note)
 
     def _too_short(self, what: str) -> NumericalError:
         """What limits the step, and where, as long as everything is still a number."""

@@ -72,7 +72,7 @@ def initial_state(
     acts = problem.terms("neighbour_terms") or problem.terms("all_pair_terms")
     if acts and problem.fixed_length is None:  # else no density is solved for
         counted = np.asarray(state.mass * state.memory.get(DENSITY_FACTOR, 1.0))
-        refuse_unsolved(problem.kernel, problem.eta, counted, solved, np.asarray(state.identity))
+        refuse_unsolved(problem.eta, counted, solved, np.asarray(state.identity))
     if entropy is None:
         fluid = problem.matter(state.material)
         entropy = fluid.entropy(xp, solved.density, state.entropy)

@@ -29,8 +29,8 @@ SHOWN = ("electron_fraction", DENSITY_FACTOR)  # of what effects evolve for them
 RING = (0.25, 0.75)  # of the mass, in the order of its distance from the axis
 
 
-def series_record(problem: Problem, arrangement: Any, state: State, opening_energy: float | None) -> dict[str, Any]:
-    """The record of a state; `opening_energy` is the static part of the energy at time 0 (None in the first record).
+def series_record(problem: Problem, arrangement: Any, state: State, opening_potential: float | None) -> dict[str, Any]:
+    """The record of a state; `opening_potential` is the static part of the energy at time 0 (None in the first record).
 
     virial_tensor is each effect's own route (pair loop or closed form); virial_mismatch is its distance from
     sum m x (x) a_e over sum m |x| |a_e|.
@@ -55,7 +55,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     condensed = getattr(problem.equation_of_state, "condensed", False)  # of no use to Jeans: it holds itself together
     work, heating = np.asarray(ledger.work.total), np.asarray(ledger.heating.total)
     potential = energies["static"]
-    opening = potential if opening_energy is None else opening_energy
+    opening = potential if opening_potential is None else opening_potential
     inside = ~works_from_outside(problem, energies["potential"])
     body = BodyState(
         time=float(state.time), step=int(state.step), mass=total_mass, centre_of_mass=centre, momentum=momentum,
@@ -93,7 +93,7 @@ def series_record(problem: Problem, arrangement: Any, state: State, opening_ener
     )  # fmt: skip
 
 
-def ledger_closure(problem: Problem, state: State) -> float:
+def ledger_closure(state: State) -> float:
     """|I of the ledger - I by direct summation| over the largest |I| of the run."""
     second = moments(*(np.asarray(array) for array in (state.mass, state.position, state.velocity)))[0]
     return closure(np.asarray(state.ledger.second_moment.total), second, state.ledger.largest_inertia)

@@ -10,7 +10,7 @@ import pytest
 from numba import config
 
 from astroinertia.engines import numba_cpu, templates
-from astroinertia.engines.numba_modules import FewPass, NeighbourPass
+from astroinertia.engines.numba_modules import Pass
 from astroinertia.gravity import multipole, tree as trees
 from astroinertia.gravity.clamped_points import CLAMP
 from astroinertia.gravity.expansions import indices
@@ -109,9 +109,8 @@ def engine(plain, monkeypatch, request):
     """An engine whose passes run as Python, particles in its order and their arrangement."""
     neighbours, everything = plain.numba_neighbours, plain.numba_all_pairs
     density = {True: plain.numba_few_density, False: plain.numba_density}
-    names, width = neighbours.NEEDS.arrays, neighbours.WIDTH
-    sums = NeighbourPass(neighbours, neighbours.TOTALS.pack, neighbours.neighbour_pass, names, width)
-    both = everything, everything.all_pairs_pass, names, True
+    sums = Pass(neighbours.TOTALS, neighbours.neighbour_pass, neighbours.NEEDS)
+    both = Pass(everything, everything.all_pairs_pass, everything.NEEDS)
     if request.param == "many":
         monkeypatch.setattr(numba_cpu, "FEW", 0)  # few particles are not listed leaf by leaf
     monkeypatch.setattr(numba_cpu, "lists_pass", lambda: plain.numba_lists.neighbour_lists)
@@ -120,7 +119,7 @@ def engine(plain, monkeypatch, request):
         ("few_neighbour_pass", plain.numba_few_neighbours, "neighbour_pass", neighbours.NEEDS),
         ("few_all_pairs_pass", plain.numba_few_pairs, "all_pairs_pass", everything.NEEDS),
     ):
-        few = FewPass(module, getattr(module, entry), needs)
+        few = Pass(module, getattr(module, entry), needs)
         monkeypatch.setattr(numba_cpu, name, lambda *_, few=few: few)
     monkeypatch.setattr(numba_cpu, "neighbour_pass", lambda *_: sums)
     monkeypatch.setattr(numba_cpu, "all_pairs_pass", lambda *_: both)
