@@ -15,7 +15,8 @@ from astroinertia.matter.compact_stars import Barotrope, geometric_density
 from astroinertia.units import ATOMIC_MASS, ELECTRON_MASS, REDUCED_PLANCK_CONSTANT, SPEED_OF_LIGHT
 
 _COMPTON = REDUCED_PLANCK_CONSTANT / (ELECTRON_MASS * SPEED_OF_LIGHT)  # reduced Compton wavelength of the electron, m
-_SMALL = 0.05  # x below which the series of the pressure is exact to round-off
+_SMALL = 0.5  # x below which the series of the pressure is summed: there its closed form is a small difference
+_ROUND_OFF = 1e-17  # of the series
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,11 @@ class DegenerateElectrons:
 def _pressure(x: float) -> float:
     # Integral of x^4/(1 + x^2)^(1/2)/3 from 0 to x: (x (1 + x^2)^(1/2) (2 x^2/3 - 1) + arsinh x)/8.
     if x < _SMALL:
-        square, total, factor = x * x, 0.0, 1.0
-        for k in range(8):
-            total += factor / (5 + 2 * k)
+        square, total, factor, k = x * x, 0.2, 1.0, 0
+        while abs(factor) > _ROUND_OFF:
             factor *= -square * (2 * k + 1) / (2 * k + 2)
+            k += 1
+            total += factor / (5 + 2 * k)
         return x**5 * total / 3
     return (x * math.sqrt(1 + x * x) * (2 * x * x / 3 - 1) + math.asinh(x)) / 8
 
