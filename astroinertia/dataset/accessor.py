@@ -16,6 +16,7 @@ from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.arranged import in_seconds, with_labels
 from astroinertia.dataset.axes import Axis, axis_text, directions
 from astroinertia.dataset.by_member import (
+    begun,
     must_be_of_one_run,
     must_have_times,
     of_each_member,
@@ -30,6 +31,7 @@ from astroinertia.dataset.schema import INERTIAL
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor
 from astroinertia.inertia.evolution import gravitational_wave_strain, second_moment_acceleration
+from astroinertia.inertia.spin import angular_velocity
 from astroinertia.process.positive import require_positive
 from astroinertia.process.quantities import InputError, with_quantities
 from astroinertia.units import astropy_quantity, in_si, quantity as quantity_of, shown, unit_of, with_unit
@@ -191,11 +193,11 @@ class InertiaAccessor:
         >>> print(bool(abs(np.trace(ds.inertia.quadrupole[0])) < 1e-12 * np.trace(ds.second_moment[0])))
         True
         """
-        second = self._named("second_moment")
-        values = second.transpose("time", "i", "j").values
-        reduced = values - np.trace(values, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-        attrs = {"units": unit_of(second), "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
-        return second.transpose("time", "i", "j").copy(data=reduced).rename("quadrupole").assign_attrs(attrs)
+        second = tensor.second_moment_from_inertia(self._values("inertia_tensor"))
+        reduced = second - np.trace(second, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        found = self._named("inertia_tensor").transpose("time", "i", "j").copy(data=reduced).rename("quadrupole")
+        found.attrs = {"units": unit_of(found), "long_name": "reduced quadrupole", "comment": "Q - tr(Q) 1 / 3"}
+        return found
 
     @with_quantities()
     def gravity_field(
@@ -310,7 +312,10 @@ class InertiaAccessor:
     def _spin_rate(self, as_size: bool) -> xr.DataArray:
         unit, axes = self._unit("rad s-1"), None if as_size else self._momentum_axes()
         if axes is None:
-            rate = np.linalg.norm(self._vectors("angular_velocity"), axis=1)
+            inertia, momenta = self._values("inertia_tensor"), self._vectors("angular_momentum")
+            known = "angular_velocity" in self.dataset
+            spin = self._vectors("angular_velocity") if known else angular_velocity(inertia, momenta)
+            rate = np.linalg.norm(spin, axis=1)
             return self._series(rate, "size of the mean angular velocity, whose axis moves", unit, "|I^-1 L|")
         rate = np.einsum("ti,ti->t", self._vectors("angular_momentum"), axes.values) / self.about_axis(axes).values
         return self._series(rate, "mean angular velocity about the axis of the angular momentum", unit, "L.n / n.I.n")
@@ -481,7 +486,7 @@ class InertiaAccessor:
     def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
         """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
-        parts = {"dataset": self._between(self.dataset.sortby("time"), low, high)}
+        parts = {"dataset": begun(self._between(self.dataset.sortby("time"), low, high))}
         if snapshots is not None:
             taken, drawn = snapshots["snapshot_time"].values, parts["dataset"]["time"].values
             first, last = (float(taken[abs(taken - edge).argmin()]) for edge in (drawn[0], drawn[-1]))
@@ -538,7 +543,7 @@ class InertiaAccessor:
         return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
-        return "1" if unit_of(self._named("mass")) == "1" else unit
+        return "1" if unit_of(self._named("inertia_tensor")) == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
         series = self._named(name)
@@ -572,7 +577,8 @@ class InertiaAccessor:
 
     def _least_momentum(self) -> float:
         """An angular momentum that is no more than the round-off of its sum at the start."""
-        spread = self._values("second_moment")[0].trace() * self._values("kinetic_tensor")[0].trace()
+        kinetic = self._values("kinetic_tensor")[0].trace() if "kinetic_tensor" in self.dataset else 0.0
+        spread = self._values("inertia_tensor")[0].trace() / 2.0 * kinetic
         return SPINLESS * 2.0 * float(np.sqrt(spread)) if np.isfinite(spread) else 0.0
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:

@@ -33,6 +33,13 @@ def reached(dataset: xr.Dataset) -> xr.Dataset:
     return dataset if end in (0, dataset.sizes["time"]) else dataset.isel(time=slice(0, end))
 
 
+def begun(dataset: xr.Dataset) -> xr.Dataset:
+    """A run from its first record with a value: a mean over several, or a mask, leaves the first without."""
+    if "mass" not in dataset or not np.isfinite(mass := dataset["mass"].values).any():
+        return dataset
+    return dataset.isel(time=slice(int(np.isfinite(mass).argmax()), None))
+
+
 def source_of(dataset: xr.Dataset) -> Path | None:
     """The file of a run, or the folder of the member that was chosen from a sweep; None where that is not known.
 

@@ -37,7 +37,14 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
                 others["snapshots"] = accessor.snapshots
                 if others["snapshots"] is None:
                     raise AbsentError("this dataset has no snapshots to draw.")
-            figure = getattr(import_module(f"astroinertia.plots.{module}"), function)(**accessor._drawn(**others))
+            draw = getattr(import_module(f"astroinertia.plots.{module}"), function)
+            try:
+                figure = draw(**accessor._drawn(**others))
+            except KeyError as error:  # xarray's, which begins with what is missing
+                raise AbsentError(
+                    f"{plot.__name__} is drawn from all series of a run with their attributes, as astroinertia.open "
+                    f"gives them, and of this dataset a part is missing: {str(error.args[0]).split('. ')[0]}."
+                ) from error
             share = 1.0 if size is None else import_module("astroinertia.plots.small").resize(figure, _size(size))
             if path is not None:  # of as many dots as `show` gives it, also where it is smaller
                 figure.savefig(path, dpi=import_module("astroinertia.plots.style").RESOLUTION / share)

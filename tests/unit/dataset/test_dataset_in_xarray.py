@@ -168,3 +168,27 @@ def test_what_cf_asks_of_a_file_is_there(run):
         run / "affine_star.nc"
     ) as file:  # labels as characters, the form that CF has had from the start
         assert {str(file[name].dtype) for name in ("i", "j", "effect", "snapshots/i")} == {"|S1"}
+
+
+def test_what_follows_from_few_series_needs_no_others(opened):
+    few = opened[["inertia_tensor", "angular_momentum"]]
+    for name in ("about_axis", "quadrupole", "spin_rate"):
+        whole, part = RESULTS[name](opened.inertia), RESULTS[name](few.inertia)
+        np.testing.assert_allclose(part, whole, rtol=1e-12, atol=1e-14 * float(abs(whole).max()))
+        assert part.attrs == whole.attrs
+    np.testing.assert_allclose(few.inertia.spin_rate(True), opened.inertia.spin_rate(True), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["inertia", "spin", "ledger", "shape", "energy"])
+def test_a_picture_of_a_part_of_the_series_says_what_is_missing(opened, name):
+    few = opened[["inertia_tensor", "angular_momentum"]]
+    with pytest.raises(AbsentError, match=f"plot_{name} is drawn from all series .* missing: No variable named '"):
+        getattr(few.inertia, f"plot_{name}")()
+
+
+def test_a_picture_of_a_running_mean_begins_where_it_has_a_value(opened):
+    mean = opened.rolling(time=5).mean()
+    for name in ("inertia", "spin", "ledger"):
+        getattr(mean.inertia, f"plot_{name}")()  # without a warning, which is an error here
+    lines = mean.inertia.plot_inertia().axes[0].lines
+    assert len(lines[0].get_xdata()) == opened.sizes["time"] - 4
