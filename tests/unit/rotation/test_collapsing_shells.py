@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.rotation.collapsing_shells import isothermal_disc_radius, shells_from_table, shells_of
@@ -50,6 +51,16 @@ def test_the_spectrum_is_mestels_and_the_same_after_any_collapse():
     assert before.spectrum(np.array(0.0)) == 0.0 and before.spectrum(1e9) == pytest.approx(2.0)
     backwards = shells_of(UNIFORM, -0.5, 400, 1.0)
     np.testing.assert_array_equal(backwards.spectrum(j), before.spectrum(j))
+
+
+def test_the_spectrum_of_shells_that_turn_the_slower_the_farther_out():
+    radius = np.linspace(0.0, 1.0, 801)[1:]
+    highest = 2.0 - radius**2
+    shells = shells_from_table(radius**3, radius, highest / radius**2, 1.0)
+    for j in (0.3, 1.2, 1.9):
+        # A sphere of uniform density, shell by shell.
+        below, _ = quad(lambda r, j=j: 3 * r**2 * (1 - math.sqrt(max(0.0, 1 - j / (2 - r**2)))), 0.0, 1.0, limit=200)
+        assert shells.spectrum(j) == pytest.approx(below, abs=1e-5)
 
 
 def test_shells_stop_at_their_barrier():
