@@ -329,7 +329,7 @@ class Dynamic:
         self._turns.append((crossing, old))
         if len(self._turns) == 2:
             self._period = 2 * (self._turns[1][0] - self._turns[0][0])
-            while self._knots[-1][0] < self._period:
+            while self._knots[-1][0] < min(self._period, self._end):
                 self._pulsates = False
                 self._step()
 

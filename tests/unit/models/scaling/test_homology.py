@@ -82,6 +82,17 @@ def test_integration_agrees_with_the_closed_form_and_repeats():
     assert len(found._knots) < 300  # one period and a bit, whatever the time
 
 
+def test_a_run_that_ends_within_its_first_pulsation_comes_to_its_end():
+    """Both turning points are passed, of a body that began between them, before the period is over."""
+    law = Kepler(0.3, 1.0, 1.0, 0.3)
+    turns = np.diff(np.sign([law.at(time).rate for time in np.linspace(0.0, 12.0, 2000)])).nonzero()[0] * 12.0 / 1999
+    end = float(turns[1]) + 0.1
+    assert end < 2.0 * (turns[1] - turns[0])
+    found = Dynamic(_slope, np.array([1.0, 0.3]), end, pulsates=True)
+    assert found.reached(end) == end
+    assert found.state(end)[0] == pytest.approx(law.at(end).scale, rel=1e-11)
+
+
 def test_states_do_not_depend_on_what_was_asked_before():
     one = Dynamic(_slope, np.array([1.0, 0.1]), 50.0)
     other = Dynamic(_slope, np.array([1.0, 0.1]), 50.0)
