@@ -93,7 +93,7 @@ class _Study:
         self.spent += clock.monotonic() - begin
         main = table.knobs[0]
         # The ladder up to the default: its cost says which base the budget allows.
-        ladder = [_alone(main, value) for value in sorted(main.values, key=main.cost)]
+        ladder = [_alone(main, value) for value in main.values]
         self._spend_on(ladder[: 1 + ladder.index(_alone(main, main.default))])
         table.base = self._affordable_base(main)
         self._spend_on([*ladder, *self._single_knobs(main)])
@@ -163,7 +163,7 @@ class _Study:
         if not run:
             return _alone(main, main.default)
         cheap = [setting for setting, measured in run if measured.wall_time <= _SHARE_OF_BASE * self.seconds]
-        return max(cheap or [run[0][0]], key=lambda setting: main.cost(setting.value))
+        return max(cheap or [run[0][0]], key=lambda setting: main.values.index(setting.value))
 
     def _single_knobs(self, main: Knob) -> list[Setting]:
         base = self.table.base

@@ -165,8 +165,19 @@ def moments(fluid: Any) -> tuple[Any, Any]:
     return weighted @ position, weighted @ (fluid.velocity - fluid.centre_velocity)
 
 
+def affine_moments(body: Any) -> tuple[Any, Any]:
+    """The same of an affine body: q F F^T and q F (dF/dt)^T."""
+    spread = body.second_moment * body.deformation
+    return spread @ body.deformation.T, spread @ body.rate.T
+
+
 def angular_velocity_matrix(rate: Any, axis: Any) -> Any:
     """The matrix [w] with [w] x = w cross x for w = rate * axis/|axis|, shape (3, 3)."""
     x, y, z = axis
     size = rate / (x * x + y * y + z * z) ** 0.5
     return cross_matrix(namespace(size).asarray([x * size, y * size, z * size]))
+
+
+def rate_at(effect: Any, time: Any) -> Any:
+    """The rate of rotation of an effect at a time: its rate + time rate_change, where it has that."""
+    return effect.rate if effect.rate_change is None else effect.rate + effect.rate_change * time

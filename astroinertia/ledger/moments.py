@@ -10,7 +10,7 @@ to round-off. Sources: Chandrasekhar (1969), Ellipsoidal Figures of Equilibrium,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from astroinertia.engines.elementwise import totals
@@ -113,7 +113,7 @@ def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     spreading = (mixed.value + mixed.value.T) + (mixed.carry + mixed.carry.T)
     second_moment = ledger.second_moment.add(dt * spreading + dt**2 * kinetic)
     size = xp.sqrt((inertia_from_second_moment(second_moment.total) ** 2).sum())
-    return _replace(
+    return replace(
         ledger,
         second_moment=second_moment,
         mixed_moment=ledger.mixed_moment.add(dt * kinetic),
@@ -177,7 +177,7 @@ def gained(xp, mass, position, before, after, x, y, z, vx, vy, vz):
 
 def after_kick(
     xp: Any, ledger: Ledger, mass: Array, position: Array, before: Array, after: Array,
-    increments: Sequence[Array | None], dt: Array | float = 1.0, body: Whole | tuple | None = None,
+    increments: Sequence[Array | None], dt: Array | float = 1.0, body: Whole | None = None,
     complete: bool = True,
 ) -> Ledger:  # fmt: skip
     """The ledger after velocities changed from `before` to `after` (N, 3), by dt times the increment of each effect.
@@ -190,7 +190,7 @@ def after_kick(
     square of the time in Q. For the same reason K is summed again where all particles are at hand.
     Tests: tests/unit/ledger/test_moments.py.
     """
-    body = whole(xp, mass, position, before) if body is None else Whole(*body)
+    body = whole(xp, mass, position, before) if body is None else body
     pushes = [(increment,) for increment in increments if increment is not None]
     if not pushes:
         return ledger
@@ -203,7 +203,7 @@ def after_kick(
         Compensated(now - shift, xp.zeros((3, 3))) if complete else ledger.kinetic_tensor.add(half + half.T - shift)
     )
     rows = [increment is not None for increment in increments]
-    return _replace(
+    return replace(
         ledger,
         mixed_moment=ledger.mixed_moment.add(gain),
         kinetic_tensor=kinetic,
@@ -239,7 +239,7 @@ def after_rounding(
         body = Whole(total, place / total, momentum / total)
     second = second - xp.asarray(body.centre)[:, None] * error[None, :]
     mixed = mixed - error[:, None] * xp.asarray(body.velocity)[None, :]
-    return _replace(
+    return replace(
         ledger,
         second_moment=ledger.second_moment.add(second + second.T),
         mixed_moment=ledger.mixed_moment.add(mixed),
@@ -293,7 +293,7 @@ def after_removal(ledger: Ledger, lost: Removed, row: int, work: Array, heating:
         rows = [value if number == row else 0.0 * value for number in range(len(kept.value))]
         return kept.add(namespace(kept.value).stack(rows))
 
-    return _replace(
+    return replace(
         ledger,
         second_moment=ledger.second_moment.add(-lost.second_moment),
         mixed_moment=ledger.mixed_moment.add(-lost.mixed_moment),
@@ -307,7 +307,7 @@ def after_removal(ledger: Ledger, lost: Removed, row: int, work: Array, heating:
 
 def after_heating(ledger: Ledger, energy: Array) -> Ledger:
     """The ledger after each effect added `energy` (E,) to the internal energy."""
-    return _replace(ledger, heating=ledger.heating.add(energy))
+    return replace(ledger, heating=ledger.heating.add(energy))
 
 
 @dataclass(frozen=True)
@@ -349,7 +349,3 @@ class Ledgers:
     def heated(self, energy: Array) -> "Ledgers":
         """After each effect added `energy` (E,) to the internal energy of the body."""
         return Ledgers(after_heating(self.body, energy), self.regions)
-
-
-def _replace(ledger: Ledger, **changes: Any) -> Ledger:
-    return Ledger(**{**{name: getattr(ledger, name) for name in ledger.__dataclass_fields__}, **changes})

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
-from astroinertia.effects.effect import angular_velocity_matrix, moments
+from astroinertia.effects.effect import affine_moments, angular_velocity_matrix, moments, rate_at
 from astroinertia.effects.entries import AXIS
 from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
@@ -57,8 +57,7 @@ class Damping(Effect):
 
     def target_rotation(self, fluid):
         """The matrix [Omega] of the rotation that velocities decay to now, (3, 3)."""
-        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
-        return angular_velocity_matrix(rate, self.axis)
+        return angular_velocity_matrix(rate_at(self, fluid.time), self.axis)
 
     def drag(self, fluid):
         """-1/tau in every direction."""
@@ -96,8 +95,7 @@ class Damping(Effect):
 
     def affine_virial(self, body):
         """(Q [Omega]^T - P)/tau."""
-        second = body.second_moment * body.deformation @ body.deformation.T
-        mixed = body.second_moment * body.deformation @ body.rate.T
+        second, mixed = affine_moments(body)
         target = 0.0 if self.rate is None else second @ self.target_rotation(body).T
         return self.strength(body) * (target - mixed)
 

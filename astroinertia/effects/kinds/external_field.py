@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.characteristic import tidal_parameter
-from astroinertia.effects.effect import moments
+from astroinertia.effects.effect import affine_moments, moments
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.units import Option, positive
 
@@ -134,7 +134,7 @@ class ExternalField(Effect):
 
     def affine_virial(self, body):
         """-Q A, A the second derivatives."""
-        second = body.second_moment * body.deformation @ body.deformation.T
+        second, _ = affine_moments(body)
         return -second @ self._curvature(body.centre)
 
     def _push(self, body, argument):

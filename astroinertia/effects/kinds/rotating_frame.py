@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
-from astroinertia.effects.effect import angular_velocity_matrix, moments
+from astroinertia.effects.effect import affine_moments, angular_velocity_matrix, moments, rate_at
 from astroinertia.effects.entries import AXIS
 from astroinertia.units import REQUIRED, Option
 
@@ -30,8 +30,7 @@ class RotatingFrame(Effect):
 
     def frame_rotation(self, fluid):
         """The matrix [Omega] at the fluid's time."""
-        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
-        return angular_velocity_matrix(rate, self.axis)
+        return angular_velocity_matrix(rate_at(self, fluid.time), self.axis)
 
     def position_matrix(self, fluid):
         """B of the part B x of the acceleration."""
@@ -61,7 +60,7 @@ class RotatingFrame(Effect):
         second, mixed = moments(fluid)
         axis = xp.asarray(self.axis)
         axis = axis / xp.sqrt(xp.sum(axis**2))
-        rate = self.rate if self.rate_change is None else self.rate + self.rate_change * fluid.time
+        rate = rate_at(self, fluid.time)
         tensor = rate**2 * (second - xp.outer(second @ axis, axis)) - 2.0 * rate * xp.cross(axis, mixed)
         return tensor if self.rate_change is None else tensor - self.rate_change * xp.cross(axis, second)
 
@@ -85,8 +84,7 @@ class RotatingFrame(Effect):
 
     def affine_virial(self, body):
         """Q B^T + P (-2 [Omega])^T."""
-        second = body.second_moment * body.deformation @ body.deformation.T
-        mixed = body.second_moment * body.deformation @ body.rate.T
+        second, mixed = affine_moments(body)
         return second @ self.position_matrix(body).T + mixed @ self.drag(body).T
 
     def affine_potential(self, body):

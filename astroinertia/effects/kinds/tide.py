@@ -9,6 +9,7 @@ import numpy as np
 import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.characteristic import tidal_parameter
+from astroinertia.effects.effect import affine_moments
 from astroinertia.effects.entries import AXIS
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.gravity.point_masses import (
@@ -118,7 +119,7 @@ class Tide(Effect):
         section 55: the problem of Roche); the direct one M Phi(c) + 1/2 Q : T with T and Phi at the centre c.
         """
         away, squared = self._away(body)
-        second = body.second_moment * body.deformation @ body.deformation.T
+        second, _ = affine_moments(body)
         if self.frame == "direct":
             return -self.mass * body.mass * squared**-0.5 + 0.5 * (second * self._curvature(away, squared)).sum()
         whole = second + body.mass * jnp.outer(body.centre, body.centre)
@@ -133,7 +134,7 @@ class Tide(Effect):
         away, squared = self._away(body)
         if self.frame == "tidal":
             return -body.mass * self._curvature(away, squared) @ body.centre
-        second = body.second_moment * body.deformation @ body.deformation.T
+        second, _ = affine_moments(body)
         along = second @ away
         pull = body.mass * squared**-1.5 * away - 1.5 * squared**-2.5 * (jnp.trace(second) * away + 2.0 * along)
         return self.mass * (pull + 7.5 * squared**-3.5 * (away @ along) * away)
@@ -141,7 +142,7 @@ class Tide(Effect):
     def affine_virial(self, body):
         """-M (Q/D^3 - 3 (Q d) (x) d/D^5) with D^2 = d^2 + s^2, d from where the potential is expanded to X."""
         away, squared = self._away(body)
-        second = body.second_moment * body.deformation @ body.deformation.T
+        second, _ = affine_moments(body)
         return -self.mass * squared**-1.5 * (second - 3.0 / squared * jnp.outer(second @ away, away))
 
     def affine_reach(self, body):
@@ -151,7 +152,7 @@ class Tide(Effect):
         large for a round one. From 1 on the expansion means nothing.
         """
         away = self.place(jnp, body) - body.centre
-        second = body.second_moment * body.deformation @ body.deformation.T
+        second, _ = affine_moments(body)
         return 5.0 / body.mass * jnp.sqrt((second**2).sum()) / (away @ away)
 
     def _away(self, body):
