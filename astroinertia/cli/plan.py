@@ -30,7 +30,7 @@ def parts(plan: "Plan") -> Iterator[RenderableType]:
 
 
 def _section(lines: "tuple[Line, ...]") -> Table:
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0), title_justify="left")
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="cyan", no_wrap=True, min_width=18)
     table.add_column()
     table.add_column(style="dim")

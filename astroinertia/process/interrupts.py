@@ -85,11 +85,10 @@ def noted(received: list[str], unsaved: Callable[[], bool] = lambda: True) -> It
             signal.raise_signal(number)
 
     before = _handled(SIGNALS, note)
-    _loops.append(loop)
     try:
-        yield
+        with _among(_loops, loop):
+            yield
     finally:
-        _loops.remove(loop)
         _restore(before)
 
 
@@ -123,22 +122,15 @@ def under_way(said: Said, resumable: bool = True) -> Iterator[None]:
 
     resumable: whether loops in it have something to save; nothing goes on from runs that a comparison makes.
     """
-    work = _Work(said, resumable)
-    _work.append(work)
-    try:
+    with _among(_work, _Work(said, resumable)):
         yield
-    finally:
-        _work.remove(work)
 
 
 @contextmanager
 def leaving(discard: Callable[[], Any]) -> Iterator[None]:
     """Has `discard` called if a command is ended meanwhile: it removes a file by half, or ends a child."""
-    left_behind(discard)
-    try:
+    with _among(_leftovers, discard):
         yield
-    finally:
-        _leftovers.remove(discard)
 
 
 def left_behind(discard: Callable[[], Any]) -> None:
@@ -171,6 +163,16 @@ def watched(end: Callable[[Ended], Any]) -> Iterator[None]:
         _watchers.remove(watcher)
         watcher.close()
         _restore(before)
+
+
+@contextmanager
+def _among(things: list[Any], one: Any) -> Iterator[None]:
+    """Within, it is one of the things that whoever ends this process looks at."""
+    things.append(one)
+    try:
+        yield
+    finally:
+        things.remove(one)
 
 
 def ask(number: int) -> None:

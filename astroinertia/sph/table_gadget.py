@@ -75,11 +75,8 @@ def snapshot_units(path: Path, what: str) -> FileUnits | None:
     """What a snapshot states of its units; None where it states none, and for a file that is no snapshot."""
     name = f"{what} {path}"
     with opened(path, name) as (h5py, file):
-        groups = group_names(h5py, name, file)
-        types = [group for group in groups if group.startswith(_TYPE)]
-        if _HEADER not in groups or not types:
-            return None
-        return _units(name, {group: _Attributes(name, file[group]) for group in groups if group not in types})
+        _, attributes = _groups(h5py, name, file)
+        return _units(name, attributes) if attributes else None
 
 
 def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.ndarray], FileUnits | None, str] | None:
@@ -90,11 +87,9 @@ def snapshot_columns(path: Path, most: int, what: str) -> tuple[dict[str, np.nda
     """
     name = f"{what} {path}"
     with opened(path, name) as (h5py, file):
-        groups = group_names(h5py, name, file)
-        types = [group for group in groups if group.startswith(_TYPE)]
-        if _HEADER not in groups or not types:
+        types, attributes = _groups(h5py, name, file)
+        if not attributes:
             return None
-        attributes = {group: _Attributes(name, file[group]) for group in groups if group not in types}
         _refuse_parts_and_expansion(name, attributes)
         by_type = {group: members(h5py, name, file[group], _ALL_FIELDS) for group in types}
         peopled = [group for group, fields in by_type.items() if any(_rows(field) for field, _ in fields.values())]
@@ -174,6 +169,15 @@ class _Attributes:
         """The same where it is one number, or a list of one."""
         values = self.numbers(*names)
         return None if values is None else float(values[0])
+
+
+def _groups(h5py: Any, name: str, file: Any) -> tuple[list[str], dict[str, _Attributes]]:
+    """The groups of particles, and the attributes of all others; none of a file that is no snapshot."""
+    groups = group_names(h5py, name, file)
+    types = [group for group in groups if group.startswith(_TYPE)]
+    if _HEADER not in groups or not types:
+        return [], {}
+    return types, {group: _Attributes(name, file[group]) for group in groups if group not in types}
 
 
 def _refuse_parts_and_expansion(name: str, attributes: Mapping[str, _Attributes]) -> None:
