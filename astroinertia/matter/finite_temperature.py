@@ -81,7 +81,7 @@ class TemperatureTable:
 
         def pressure(rho: Array, u: Array) -> Array:
             energies, pressures = self._rows(np.log(rho))
-            slopes = _differences(pressures) / _differences(energies)
+            slopes = np.gradient(pressures, edge_order=2) / np.gradient(energies, edge_order=2)
             cell = np.clip(np.searchsorted(energies, u, side="right") - 1, 0, len(self.temperature) - 2)
             width = energies[cell + 1] - energies[cell]
             t = np.clip((u - energies[cell]) / width, 0.0, 1.0)
@@ -212,11 +212,3 @@ def _four(nodes: np.ndarray, x: Array) -> tuple[Array, Array]:
         others = [j for j in range(4) if j != k]
         weights.append(np.prod(np.stack([(x - near[j]) / (near[k] - near[j]) for j in others])))
     return index, np.stack(weights)
-
-
-def _differences(values: Array) -> Array:
-    """Differences along a row in steps of nodes: central, and at its ends one-sided of second order."""
-    inner = 0.5 * (values[2:] - values[:-2])
-    first = -1.5 * values[0] + 2.0 * values[1] - 0.5 * values[2]
-    last = 1.5 * values[-1] - 2.0 * values[-2] + 0.5 * values[-3]
-    return np.concatenate([first[None], inner, last[None]])

@@ -7,6 +7,7 @@ viscosity, by Fourier collocation in the plane and Runge-Kutta in time.
 from functools import lru_cache
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from astroinertia.test_problems.lattices import cells_for, centred, filled
 from astroinertia.test_problems.matter import Matter, Standard
@@ -47,7 +48,7 @@ def _carrying(share: np.ndarray) -> np.ndarray:
     # Where the mass from y = 0 on is that share of all.
     y = np.linspace(0.0, 1.0, 100001)
     density = background(np.minimum(y, 1.0 - 1e-12))[0]
-    mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    mass = cumulative_trapezoid(density, initial=0.0)
     return np.interp(share, mass / mass[-1], y)
 
 

@@ -192,13 +192,13 @@ def _stumpff(alpha: float, step: float) -> tuple[float, float, float, float]:
     """G_k(alpha, s) = s^k c_k(alpha s^2)."""
     z = alpha * step * step
     if abs(z) < _SERIES:
-        terms = [1.0 / math.factorial(k) for k in range(4)]
+        terms = []
         for k in range(4):
             total, term = 0.0, 1.0 / math.factorial(k)
             for j in range(1, 14):
                 total += term
                 term *= -z / ((k + 2 * j - 1) * (k + 2 * j))
-            terms[k] = total
+            terms.append(total)
         return terms[0], step * terms[1], step**2 * terms[2], step**3 * terms[3]
     root = math.sqrt(abs(alpha))
     if alpha > 0:
