@@ -290,17 +290,20 @@ class Dynamic:
         before, state = self._knots[place]
         return state if time == before else self._from(before, state, time)
 
-    def _slope(self, time: float, state: np.ndarray) -> np.ndarray:
+    def _from_on(self, time: float) -> tuple[Callable[[float, np.ndarray], np.ndarray], float]:
+        """The equations that hold from a time on, and until when they do."""
+        bound = next((moment for moment in self._breaks if moment > time), self._end)
         # The last stage of a step that ends at a break belongs to what holds before it.
-        return self._equations(min(time, math.nextafter(self._bound, 0.0)), state)
+        last = math.nextafter(bound, 0.0)
+        return lambda moment, state: self._equations(min(moment, last), state), bound
 
     def _started(self) -> DOP853:
         time, state = self._knots[-1]
-        self._bound = next((moment for moment in self._breaks if moment > time), self._end)
-        if not np.isfinite(self._slope(time, state)).all():  # of which the solver would try ever shorter steps
+        slope, bound = self._from_on(time)
+        if not np.isfinite(slope(time, state)).all():  # of which the solver would try ever shorter steps
             raise NumericalError("the forces on the body are beyond what numbers hold", time=time)
         error: Any = _ABSOLUTE * np.maximum(np.abs(state), 1.0)
-        return DOP853(self._slope, time, state, self._bound, rtol=_RELATIVE, atol=error)
+        return DOP853(slope, time, state, bound, rtol=_RELATIVE, atol=error)
 
     def _step(self) -> None:
         if self._solver.status != "running":
@@ -336,10 +339,9 @@ class Dynamic:
     def _from(self, before: float, state: np.ndarray, time: float) -> np.ndarray:
         if time == before:
             return state
-        self._bound = next((moment for moment in self._breaks if moment > before), self._end)
         scale = np.maximum(np.abs(state), 1.0)
         solution = solve_ivp(
-            self._slope, (before, time), state, "DOP853", t_eval=[time], first_step=time - before,
+            self._from_on(before)[0], (before, time), state, "DOP853", t_eval=[time], first_step=time - before,
             rtol=_RELATIVE, atol=_ABSOLUTE * scale,
         )  # fmt: skip
         return solution.y[:, -1]

@@ -111,6 +111,19 @@ def test_a_force_that_begins_and_ends_is_met():
     assert found.state(1.25) == pytest.approx([1.03125, 0.25], rel=1e-14)
 
 
+def test_a_state_from_before_a_force_began_leaves_the_force_on():
+    """A spring whose rest moves from 3 to 4 at time 1: the solver is under way after that when an early size is asked."""
+
+    def slope(time, y):
+        return np.array([y[1], (3.0 if time < 1.0 else 4.0) - y[0]])
+
+    found = Dynamic(slope, np.array([1.0, 0.0]), 20.0, breaks=(1.0,))
+    found.state(3.0)
+    assert found.state(0.5)[0] == pytest.approx(3.0 - 2.0 * math.cos(0.5), rel=1e-13)
+    late = 4.0 - (1.0 + 2.0 * math.cos(1.0)) * math.cos(18.0) + 2.0 * math.sin(1.0) * math.sin(18.0)
+    assert found.state(19.0)[0] == pytest.approx(late, rel=1e-12)
+
+
 def test_forces_that_are_no_numbers_are_reported():
     """The solver would look for a first step for ever."""
     with pytest.raises(NumericalError, match="beyond what numbers hold"):
