@@ -112,7 +112,7 @@ def test_a_force_that_begins_and_ends_is_met():
 
 
 def test_a_state_from_before_a_force_began_leaves_the_force_on():
-    """A spring whose rest moves from 3 to 4 at time 1: the solver is under way after that when an early size is asked."""
+    """A spring whose rest moves at time 1: the solver is under way after that when an early size is asked for."""
 
     def slope(time, y):
         return np.array([y[1], (3.0 if time < 1.0 else 4.0) - y[0]])
