@@ -72,7 +72,15 @@ def _register_accessor() -> None:
     xr.register_datatree_accessor("inertia")(inertia)
 
 
+def _give_numba_a_place() -> None:
+    """Have numba keep what it compiles where it may write."""
+    from astroinertia.engines.numba_place import give_a_place
+
+    give_a_place()
+
+
 once_imported("xarray", _register_accessor)
+once_imported("numba", _give_numba_a_place)
 
 
 def __getattr__(name: str) -> Any:

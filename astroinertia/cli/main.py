@@ -106,7 +106,8 @@ def _carried_out(arguments: Sequence[str] | None) -> int:
         _complain("there is not enough memory for this.")
         return FAILED
     except OSError as error:
-        _complain(_ended(f"{error.filename or 'a file'}: {(error.strerror or str(error)).lower()}"))
+        said = f"{error.filename or 'a file'}: {error.strerror.lower()}" if error.strerror else str(error)
+        _complain(_ended(said))
         return FAILED
 
 

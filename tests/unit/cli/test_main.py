@@ -241,6 +241,11 @@ def test_show_does_not_wait_for_a_pipe(elsewhere, capsys):
         (RunInterrupted("runs/x", 1.0, 4.0), 130, "25.0%"),
         (MemoryError(), 1, "memory"),
         (OSError(28, "No space left on device", "runs/x"), 1, "no space left"),
+        (
+            PermissionError("c is another user's: set ASTROINERTIA_CACHE"),
+            1,
+            "astroinertia: c is another user's: set AST",
+        ),
     ],
 )
 def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewhere, capsys, monkeypatch):
