@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from astroinertia.bodies import maclaurin
+from astroinertia.bodies import maclaurin, rotating_modes
 from astroinertia.bodies.ellipsoid_secular import viscous_modes
 from astroinertia.bodies.ellipsoid_stability import spectrum as ellipsoid_spectrum
 from astroinertia.bodies.maclaurin_momentum import MomentumLaw
@@ -23,6 +23,21 @@ def test_at_rest_the_bar_is_the_fundamental_mode() -> None:
     found = bar_mode(rotating_star(polytropic_matter(1.5), 1.0), 5 / 3)
     assert found.growth_rate == 0
     assert (2 * found.pattern_speed) ** 2 == pytest.approx(exact, rel=1e-9)
+
+
+def test_tides_are_poissons_and_those_of_a_sphere() -> None:
+    """Their trace is 4 pi times the density; at rest the force lies along the radius, everywhere in the same way."""
+    star = rotating_star(polytropic_matter(1.0), 0.7)
+    ww, _, zz, around = rotating_modes._tides(star)
+    inside = star.field.mesh.radius < 0.5  # next to the surface harmonics leave 2e-3
+    density = star.field.matter.density(star.field.level)
+    assert np.abs(ww + zz + around - 4 * math.pi * density)[inside].max() < 1e-8 * 4 * math.pi
+    field = (sphere := rotating_star(polytropic_matter(1.0), 1.0)).field
+    ww, wz, zz, around = rotating_modes._tides(sphere)
+    mu, sine = field.cosine, np.sqrt(1 - field.cosine**2)
+    radial = sine**2 * ww + 2 * sine * mu * wz + mu**2 * zz
+    assert np.abs(ww - (sine**2 * radial + mu**2 * around)).max() < 1e-9 * np.abs(ww).max()
+    assert np.abs(wz - sine * mu * (radial - around)).max() < 1e-9 * np.abs(ww).max()
 
 
 @pytest.mark.full

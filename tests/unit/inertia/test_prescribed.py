@@ -41,6 +41,17 @@ def test_its_rate_has_no_jumps_and_is_zero_at_both_ends():
     assert (rate(np.array([1.0, 2.0])) < -0.05).all()
 
 
+def test_derivatives_are_those_of_the_factor():
+    curve = change(TIMES, FACTORS)
+    for time in (0.4, 1.3, 2.2, 5.0):
+        before, now, after = curve.factor(time + 1e-4 * np.array([-1.0, 0.0, 1.0]))
+        value, first, second = curve.derivatives(time)
+        assert value == now
+        assert first == pytest.approx((after - before) / 2e-4, rel=1e-6, abs=1e-9)
+        assert second == pytest.approx((after - 2 * now + before) / 1e-8, rel=1e-6, abs=1e-6)
+    assert curve.derivatives(7.0) == (pytest.approx(3.0, rel=1e-15), 0.0, 0.0)
+
+
 def test_a_first_factor_may_be_given_at_time_0():
     assert change([0.0, 2.0], [1.0, 0.5]).factor(1.0) == change([2.0], [0.5]).factor(1.0)
 
