@@ -17,6 +17,7 @@ from astroinertia.bodies.oscillations import radial_modes
 from astroinertia.build.flow import initial_velocity
 from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.build.spin import rigid_moments, rotation_amount, rotation_axis
+from astroinertia.process import activity
 from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import attitude_of_quaternion, nearest_rotation, quaternion
 from astroinertia.scene.fluids import FROM_BODY
@@ -37,6 +38,7 @@ _PROFILE = 1e-11  # error of the profile of a homologous collapse, and of its ra
 _ROUNDED = 2.0**-52  # of the rate of a figure, whose angle then errs by so much for every radian
 _SMALL_PULSATION = 0.05  # departure from equilibrium up to which a pulsation is taken for a linear one
 _LOOSER = 10.0  # factor of REBOUND's tolerance by which its own error is found
+_PARTS = 50  # of the time that REBOUND integrates, after each of which the share that is done is shown
 _FREE_FALL_OF_UNSTABLE = 1.0  # free-fall times up to which a compressible uniform fluid may be judged (convection)
 
 
@@ -280,7 +282,7 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
     moments, rows, spin = _turning(scene, units)
     end = units.to_code(scene.time.end, "time")
     integrated = []
-    for tolerance in (TOLERANCE, _LOOSER * TOLERANCE):
+    for number, tolerance in enumerate(tolerances := (TOLERANCE, _LOOSER * TOLERANCE)):
         system = bodies(scene, units, units.to_code(body.mass, "mass"))
         place, velocity = present(system)
         zero = np.zeros((1, 3))
@@ -288,7 +290,10 @@ def _torqued(scene: Scene, units: CodeUnits) -> Exact:
             masses(system), np.concatenate([zero, place]), np.concatenate([zero, velocity]), moments,
             np.asarray(quaternion(rows)), spin, back_reaction=scene.orbits.back_reaction, tolerance=tolerance,
         )  # fmt: skip
-        inside.integrate(end)
+        for part in range(_PARTS):
+            share = (number + part / _PARTS) / len(tolerances)
+            with activity.under_way(f"integrating the exact answer, {share:.0%} done"):
+                inside.integrate(end * ((part + 1) / _PARTS))
         attitude = np.asarray(attitude_of_quaternion(inside.quaternion))
         integrated.append(_of_attitude(moments, attitude, inside.angular_velocity))
     spread = max(

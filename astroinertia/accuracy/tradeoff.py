@@ -89,7 +89,7 @@ class _Study:
     def run(self) -> None:
         table = self.table
         begin = clock.monotonic()
-        table.exact = stored_exact(table.scene, table.folder)  # of a body with companions it takes minutes
+        table.exact = stored_exact(table.scene, table.folder)
         self.spent += clock.monotonic() - begin
         main = table.knobs[0]
         # The ladder up to the default: its cost says which base the budget allows.

@@ -49,12 +49,8 @@ def compile_once(descriptor: int, function: Any, signature: tuple, patient: bool
     except BlockingIOError:
         if not patient:
             return
-        words = f"compiling {function.py_func.__name__.replace('_', ' ').strip()}"
-        activity.begin(words)
-        try:
+        with activity.under_way(f"compiling {function.py_func.__name__.replace('_', ' ').strip()}"):
             fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
-        finally:
-            activity.end(words)
     try:
         function.compile(signature)
     finally:

@@ -1,8 +1,9 @@
 """A spinning rigid body among point masses inside REBOUND's interface to differential equations: an independent check.
 
-Nothing is shared with the model `rigid`: Newton's equations in inertial coordinates, Euler's equations in the body's
-axes and the quaternion are one system, which REBOUND's Gragg-Bulirsch-Stoer method integrates. Its own sums lose some
-digits over thousands of steps, so that the state is kept here, compensated, and REBOUND is given what a step adds.
+Nothing is shared with the model `rigid`: Newton's equations relative to the body, Euler's equations in its axes and the
+quaternion are one system, which REBOUND's Gragg-Bulirsch-Stoer method integrates. Its own sums lose some digits over
+thousands of steps, so that the state is kept here, compensated, and REBOUND is given what a step adds, in units of the
+size that each part of the state has at first: so a tolerance means the same for a near and a far body.
 """
 
 from functools import lru_cache
@@ -40,9 +41,15 @@ class RigidBodyOde:
         tolerance: float = TOLERANCE,
     ) -> None:  # fmt: skip
         self.count = len(mass)
-        parts = (np.ravel(position), np.ravel(velocity), quaternion, angular_velocity)
-        self._state = Compensated(value := np.concatenate(parts).astype(float), np.zeros_like(value))
-        constants = np.concatenate([mass, moments, [gravitational_constant, float(back_reaction)]])
+        place, speed = (np.asarray(each, dtype=float) - np.asarray(each)[0] for each in (position, velocity))
+        vectors = (place, speed, np.asarray(quaternion), np.asarray(angular_velocity))
+        sizes = [np.linalg.norm(each, axis=-1, keepdims=True) * np.ones_like(each, dtype=float) for each in vectors]
+        sizes = np.concatenate([np.ravel(size) for size in sizes])
+        self._unit = np.where(sizes > 0.0, sizes, 1.0)
+        self._state = Compensated(
+            value := np.concatenate([*map(np.ravel, vectors)]).astype(float), np.zeros_like(value)
+        )
+        constants = np.concatenate([mass, moments, [gravitational_constant, float(back_reaction)], self._unit])
         self._simulation: Any = rebound.Simulation()
         self._simulation.integrator = "bs"
         method: Any = self._simulation.integrator
@@ -64,12 +71,12 @@ class RigidBodyOde:
 
     @property
     def position(self) -> np.ndarray:
-        """Of all bodies, (N, 3)."""
+        """Of all bodies relative to the rigid one, (N, 3)."""
         return self._state.total[: 3 * self.count].reshape(-1, 3)
 
     @property
     def velocity(self) -> np.ndarray:
-        """Of all bodies, (N, 3)."""
+        """Of all bodies relative to the rigid one, (N, 3)."""
         return self._state.total[3 * self.count : -7].reshape(-1, 3)
 
     @property
@@ -93,7 +100,7 @@ class RigidBodyOde:
             else:
                 simulation.integrate(until)
             size, parameters = len(self._state.value), self._parameters()
-            self._state = self._state.add(parameters[:size])
+            self._state = self._state.add(self._unit * parameters[:size])
             self._state = Compensated(self._state.value, np.zeros(size)).add(self._state.carry)
             parameters[:size], parameters[size : 2 * size] = 0.0, self._state.value
             if not np.isfinite(self._state.value).all():
@@ -115,13 +122,14 @@ def _rates(count: int) -> Any:
     size = 6 * count + 7
     masses = 2 * size
     moments, gravity, reaction = masses + count, masses + count + 3, masses + count + 4
-    length = reaction + 1
+    unit = reaction + 1
+    length = unit + size
 
     @numba.cfunc(_SIGNATURE, cache=True)
     def rates(_, pointer_to_rates, pointer_to_state, time):
         rate, parameters = carray(pointer_to_rates, length), carray(pointer_to_state, length)
         rate[:] = 0.0
-        state = parameters[:size] + parameters[size : 2 * size]
+        state = parameters[unit:length] * parameters[:size] + parameters[size : 2 * size]
         place, a, c = state[: 3 * count], moments, gravity
         rate[: 3 * count] = state[3 * count : 6 * count]
         pull = rate[3 * count : 6 * count]
@@ -157,6 +165,8 @@ def _rates(count: int) -> Any:
                 push = axes[k, 0] * force[0] + axes[k, 1] * force[1] + axes[k, 2] * force[2]
                 pull[3 * j + k] += push / parameters[masses + j]
                 pull[k] -= push / parameters[masses]
+        for j in range(count - 1, -1, -1):
+            pull[3 * j : 3 * j + 3] -= pull[:3]
         p, q, r = state[6 * count + 4], state[6 * count + 5], state[6 * count + 6]
         rate[6 * count] = -0.5 * (x * p + y * q + z * r)
         rate[6 * count + 1] = 0.5 * (w * p + y * r - z * q)
@@ -165,5 +175,6 @@ def _rates(count: int) -> Any:
         rate[6 * count + 4] = (torque[0] - (parameters[a + 2] - parameters[a + 1]) * q * r) / parameters[a]
         rate[6 * count + 5] = (torque[1] - (parameters[a] - parameters[a + 2]) * r * p) / parameters[a + 1]
         rate[6 * count + 6] = (torque[2] - (parameters[a + 1] - parameters[a]) * p * q) / parameters[a + 2]
+        rate[:size] /= parameters[unit:length]
 
     return rates

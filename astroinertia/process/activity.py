@@ -3,7 +3,8 @@
 Tests: tests/unit/process/test_activity.py, tests/unit/run/test_meter.py.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 listeners: list[Callable[[int], None]] = []
 """Called with 1 as something begins, and with -1 as it ends."""
@@ -33,3 +34,18 @@ def end(words: str) -> None:
     _under_way.remove(words)
     for listener in listeners:
         listener(-1)
+
+
+@contextmanager
+def under_way(words: str) -> Iterator[None]:
+    """Meanwhile it is being done.
+
+    >>> with under_way("integrating an orbit"):
+    ...     print(current())
+    integrating an orbit
+    """
+    begin(words)
+    try:
+        yield
+    finally:
+        end(words)

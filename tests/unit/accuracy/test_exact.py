@@ -11,6 +11,8 @@ from scipy.integrate import solve_ivp
 from astroinertia.accuracy.exact import exact
 from astroinertia.bodies import riemann
 from astroinertia.bodies.cold_spheroid import ColdSpheroid
+from astroinertia.orbits.rigid_ode import RigidBodyOde
+from astroinertia.process import activity
 from astroinertia.scene import load
 from tests.exact_top import motion
 from tests.tradeoff_scenes import CASES, PULSATION, SIMS, TOY_STAR
@@ -58,6 +60,18 @@ def test_figures_of_equilibrium_are_closed_forms():
     spheroid = of("maclaurin")
     assert "closed form" in spheroid.source
     assert spheroid.values["angular_velocity"][2] == SCENES["maclaurin"].scene().body.rotation.rate
+
+
+def test_far_companions_do_not_shorten_the_steps_of_the_exact_answer(monkeypatch):
+    """The Earth for 24 days: with a tolerance in Earth radii the Sun, 23 000 away, takes 50 times the steps."""
+    shown, steps = [], []
+    begin, integrate = activity.begin, RigidBodyOde.integrate
+    monkeypatch.setattr(activity, "begin", lambda words: (shown.append(words), begin(words)))
+    monkeypatch.setattr(RigidBodyOde, "integrate", lambda self, end: (integrate(self, end), steps.append(self.steps)))
+    answer = exact(load.load_file(SIMS / "earth_precession.toml", ["time.end='24 d'"]))
+    assert answer is not None and answer.accuracy < 1e-11
+    assert max(steps) < 500
+    assert "integrating the exact answer, 50% done" in shown
 
 
 @pytest.mark.full
