@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.scene.apart import beside_points
 from astroinertia.scene.companions import archive_at_start
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.source import file_of_scene
@@ -16,9 +17,6 @@ from astroinertia.units import CodeUnits
 if TYPE_CHECKING:
     from astroinertia.build.placing import Particles
 
-# What would move a point mass as it moves particles; the waves besides are those of all masses, and jump where one of
-# them is taken from the fluid.
-FIELDS = ("rotating_frame", "tide", "external_field", "radiation_reaction")
 _OTHER_BODY = 2.0  # times as heavy or light: no uncertainty of a mass, or of G
 _COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
 
@@ -166,6 +164,6 @@ def refuse_with_particles(scene: Scene, effects: Sequence[Any]) -> None:
 
 def refuse_fields(scene: Scene, what: str) -> None:
     """SceneError where a scene lists what would have to act on moving point masses, too."""
-    for kind in FIELDS:
-        if kind in scene.effects:
-            raise SceneError(f"[effects.{kind}] acts on the fluid alone, so it cannot be listed with {what}.")
+    for kind in scene.effects:
+        if why := beside_points(kind, what):
+            raise SceneError(f"[effects.{kind}] {why}.")

@@ -4,6 +4,7 @@ from typing import Any
 
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
+from astroinertia.scene.apart import in_frame
 from astroinertia.scene.dimensional import in_code_units
 from astroinertia.scene.electron_axis import in_matter
 from astroinertia.scene.plan import gravity_method
@@ -46,8 +47,8 @@ def refuse_in_turning_frame(scene: Scene, effects: tuple[Any, ...]) -> None:
     if frame is None:
         return
     for effect in effects:
-        if effect.inertial:
-            raise SceneError(f"[effects.{effect.kind}] {effect.inertial}, so it cannot be listed with {frame}.")
+        if why := in_frame(effect, frame):
+            raise SceneError(f"[effects.{effect.kind}] {why}.")
     for name, region in scene.regions.items():
         if region.bound:
             raise SceneError(f"[regions.{name}] bound is judged in inertial axes, so it cannot be with {frame}.")

@@ -8,6 +8,7 @@ import numpy as np
 
 from astroinertia.build.companions import refuse_fields
 from astroinertia.errors import SceneError
+from astroinertia.scene.apart import beside_sinks
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
@@ -39,8 +40,8 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
     if scene.numerics.engine == "xla":
         raise SceneError("[effects.sinks] needs the engine numba_cpu: programs of xla keep the number of particles.")
     refuse_fields(scene, "sinks")
-    if "companions" in scene.effects and scene.effects["companions"]["motion"] == "orbit":
-        raise SceneError('[effects.sinks] can be listed with companions only if their motion is "live".')
+    if "companions" in scene.effects and (why := beside_sinks(scene.effects["companions"])):
+        raise SceneError(f"[effects.companions] {why}.")
     length = next((each.fixed_length for each in effects if each.fixed_length is not None), None)
     far = "with that softening of gravity"
     if length is None:

@@ -1,6 +1,7 @@
 """`effects = "auto"`: those effects are on whose absence would cost the accuracy that is asked for, each with a reason.
 
-Considered are what the model has that needs no numbers, and the scene's [candidates]. Tests:
+Considered are what the model has that needs no numbers, and the scene's [candidates]; of the former none that cannot be
+listed beside what is on. Tests:
 tests/unit/effects/test_sizes.py, tests/physics/test_effects_auto.py.
 """
 
@@ -12,6 +13,7 @@ from typing import Any
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic
 from astroinertia.effects.sizes import MARGIN, Size, effect_size
+from astroinertia.scene.apart import apart
 from astroinertia.scene.characteristic import characteristic
 from astroinertia.scene.options import effect_options
 from astroinertia.scene.schema import Scene
@@ -51,6 +53,10 @@ def choose(scene: Scene) -> Choice:
         if on:
             effects[kind] = considered[kind]
         reasons[kind] = f"{'on' if on else 'off'}: {needed or size_description(sizes[kind], accuracy)}"
+    for kind in [kind for kind in effects if kind not in scene.candidates]:  # which the scene does not ask for
+        if why := apart(kind, effects, scene.entries):
+            del effects[kind]
+            reasons[kind] = f"off: {why}; {size_description(sizes[kind], accuracy)}"
     kept = scene.model != "sph" or "companions" in effects
     return Choice(effects, reasons, kept)
 
