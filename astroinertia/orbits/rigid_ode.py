@@ -45,7 +45,7 @@ class RigidBodyOde:
         vectors = (place, speed, np.asarray(quaternion), np.asarray(angular_velocity))
         sizes = [np.linalg.norm(each, axis=-1, keepdims=True) * np.ones_like(each, dtype=float) for each in vectors]
         sizes = np.concatenate([np.ravel(size) for size in sizes])
-        self._unit = np.where(sizes > 0.0, sizes, 1.0)
+        self._unit = np.exp2(np.floor(np.log2(np.where(sizes > 0.0, sizes, 1.0))))  # powers of 2 round nothing
         self._state = Compensated(
             value := np.concatenate([*map(np.ravel, vectors)]).astype(float), np.zeros_like(value)
         )
