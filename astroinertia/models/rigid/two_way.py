@@ -59,36 +59,36 @@ def unit_of_orbits(body_mass: float, companions: Companions) -> np.ndarray:
 def at_pericentres(body_mass: Array, mass: Array, orbits: Array) -> Array:
     """Companions as far from the body, and turning about it as fast, as at the pericentres of their present orbits.
 
-    q = h^2/(mu (1 + e)) with h = |r cross v| and mu = G (M + m) (Murray & Dermott 1999, Solar System Dynamics, section
-    2.3), where e is the length of v cross (r cross v)/mu - r/|r| (Goldstein, Poole & Safko 2002, Classical Mechanics,
-    section 3.9). Checked by tests/unit/models/rigid/test_two_way.py.
+    Checked by tests/unit/models/rigid/test_two_way.py.
     """
     place, speed = orbits
-    distance = jnp.sqrt(jnp.sum(place**2, axis=-1, keepdims=True))
-    turning, attraction = jnp.cross(place, speed), body_mass + mass[:, None]
-    eccentricity = jnp.linalg.norm(jnp.cross(speed, turning) / attraction - place / distance, axis=-1, keepdims=True)
-    pericentre = jnp.sum(turning**2, axis=-1, keepdims=True) / (attraction * (1.0 + eccentricity))
-    closer = jnp.minimum(pericentre / distance, 1.0)
+    closer = _pericentre(body_mass + mass, place, speed) / jnp.linalg.norm(place, axis=-1)
+    closer = jnp.minimum(closer, 1.0)[:, None]
     return jnp.stack([place * closer, speed / closer])
 
 
 def fastest_pair(mass: Array, orbits: Array) -> Array:
-    """The largest rate at which two companions turn about each other: at their pericentre where they are bound.
-
-    The pericentre is that of `at_pericentres`.
-    """
+    """The largest rate at which two companions turn about each other: at their pericentre where they are bound."""
     one, other = np.triu_indices(len(mass), 1)
     if not len(one):
         return jnp.zeros(())
     place, speed = orbits[:, other] - orbits[:, one]
     attraction, distance = mass[one] + mass[other], jnp.linalg.norm(place, axis=-1)
-    turning = jnp.cross(place, speed)
-    momentum = jnp.linalg.norm(turning, axis=-1)
     bound = 0.5 * jnp.sum(speed**2, axis=-1) * distance < attraction
-    unit = jnp.where(bound, attraction, 1.0)[:, None]
-    eccentricity = jnp.linalg.norm(jnp.cross(speed, turning) / unit - place / distance[:, None], axis=-1)
-    nearest = jnp.where(bound, momentum**2 / (unit[:, 0] * (1.0 + eccentricity)), distance)
-    return jnp.max(momentum / nearest**2)
+    nearest = jnp.where(bound, _pericentre(jnp.where(bound, attraction, 1.0), place, speed), distance)
+    return jnp.max(jnp.linalg.norm(jnp.cross(place, speed), axis=-1) / nearest**2)
+
+
+def _pericentre(attraction: Array, place: Array, speed: Array) -> Array:
+    """The least distances (N,) on the present orbits.
+
+    q = h^2/(mu (1 + e)) with h = |r cross v| and mu = G (M + m) (Murray & Dermott 1999, Solar System Dynamics, section
+    2.3), where e is the length of v cross (r cross v)/mu - r/|r| (Goldstein, Poole & Safko 2002, Classical Mechanics,
+    section 3.9).
+    """
+    turning, distance = jnp.cross(place, speed), jnp.linalg.norm(place, axis=-1, keepdims=True)
+    eccentricity = jnp.linalg.norm(jnp.cross(speed, turning) / attraction[:, None] - place / distance, axis=-1)
+    return jnp.sum(turning**2, axis=-1) / (attraction * (1.0 + eccentricity))
 
 
 def pulls(body_mass: Array, mass: Array, place: Array) -> Array:
