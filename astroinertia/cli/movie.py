@@ -38,7 +38,7 @@ def carry_out(options: Options, meter: Meter) -> str:
     if options.every is not None and options.every < 1:
         raise SceneError("--every must be a whole number of at least 1.")
     run, opened = result.of_one_run(options.run, options.member, "movie")
-    path = options.output or result.beside(run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
+    path = options.output or result.place_beside(run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
 
     def tell(done: int, count: int) -> None:
         meter.show(done / count, f"{done} of {count} pictures")

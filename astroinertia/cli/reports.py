@@ -32,6 +32,6 @@ def view(options: Options) -> str:
 
 def _written(options: Options, name: str, write: Callable[..., Any]) -> tuple[Path, int]:
     run, opened = result.of_one_run(options.run, options.member, name)
-    path = options.output or result.beside(run) / f"{name}.html"
+    path = options.output or result.place_beside(run) / f"{name}.html"
     with result.shown(run):
         return path, write(opened, opened.inertia.snapshots, path)

@@ -1,5 +1,6 @@
 """What the commands that look at a result share: opening it, and where they write."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -122,5 +123,13 @@ def write_netcdf(data: "xr.Dataset", path: Path | None) -> None:
 
 
 def beside(path: Path) -> Path:
-    """The folder that what is made of a result is written to."""
+    """The folder that a result is in."""
     return path if path.is_dir() else path.parent
+
+
+def place_beside(path: Path) -> Path:
+    """The folder that what is made of a result is written to; ArchiveError, before it is made, where that cannot be."""
+    folder = beside(path)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ArchiveError(f"nothing may be written to {folder}: give --output, elsewhere.")
+    return folder

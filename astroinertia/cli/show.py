@@ -58,7 +58,7 @@ def written(options: Options, file: Path, opened: "xr.Dataset", beside: "subproc
         raise SceneError(
             f"--only knows no picture {unknown[0]!r}: it is one of {', '.join((*FIGURES, *OF_PARTICLES))}."
         )
-    folder = options.output or result.beside(file)
+    folder = options.output or result.place_beside(file)
     if beside is None:
         return plots.write_all(opened, folder, only=options.only or (*FIGURES, *OF_PARTICLES))
     own = plots.write_all(opened, folder, only=FIGURES)

@@ -8,9 +8,10 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia.cli import show
+from astroinertia.cli import result, show
 from astroinertia.cli.main import main
-from astroinertia.plots import pictures
+from astroinertia.pages import report, view
+from astroinertia.plots import movie, pictures
 from astroinertia.process import children
 from tests.sims import SIMS
 
@@ -111,3 +112,19 @@ def test_a_file_of_several_runs_is_refused_in_a_sentence(command, run, tmp_path,
         capsys.readouterr().err
     )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["both.nc", "sweep.nc"]
+
+
+@pytest.mark.parametrize("command", ["show", "report", "view", "movie"])
+def test_a_folder_of_somebody_else_is_said_before_anything_is_drawn(command, run, capsys, monkeypatch):
+    def drawn(*_, **__):
+        raise AssertionError("it is drawn")
+
+    monkeypatch.setattr(show, "cores", lambda: 1)
+    monkeypatch.setattr(result.os, "access", lambda *_: False)
+    for module, name in ((pictures, "figures"), (view, "write_view"), (report, "write_report"), (movie, "write_movie")):
+        monkeypatch.setattr(module, name, drawn)
+    capsys.readouterr()
+    assert main([command, str(run)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err == f"astroinertia: nothing may be written to {run}: give --output, elsewhere.\n"
+    assert ("ledger closure" in printed.out) is (command == "show")  # its summary needs no place
