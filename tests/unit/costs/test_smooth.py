@@ -67,3 +67,26 @@ def test_a_top_takes_as_many_steps_however_its_spin_is_said(integrator):
     said = (RIGID.replace("rate = 1.0", text) for text in ("rate = 0.5", "angular_momentum = 1.25"))
     one, other = (predict(load.loads(text, settings), machine.shipped()) for text in said)
     assert other.steps == one.steps
+
+
+FRICTION = "[effects.internal_dissipation]\ntime_scale = 1e5\n"
+TIDE = "[effects.tidal_torque]\nlove_number = 0.3\nradius = 1.0\ntime_lag = 0.01\n"
+
+
+@pytest.mark.parametrize(
+    ("integrator", "more", "measured"),
+    [
+        ("splitting", FRICTION, (14.6, 15.9)),
+        ("splitting", COMPANION + TIDE, (26.3, 27.6)),
+        ("adaptive", FRICTION, (2.7, 3.5)),
+    ],
+)
+def test_steps_with_what_follows_the_spin_take_as_long_as_measured(integrator, more, measured):
+    """Over those of a free top, twice; a torque that does not follow the spin takes no such step."""
+    setting = (f"numerics.integrator='{integrator}'",)
+    plain = RIGID.replace("[effects]\n", "")
+    free, found = (predict(load.loads(text, setting), machine.shipped()) for text in (RIGID, plain + more))
+    assert found.steps == free.steps
+    assert measured[0] / 1.25 < found.parts["steps"].processor / free.parts["steps"].processor < 1.25 * measured[1]
+    pushed = plain + "[effects.constant_torque]\nvector = [0.0, 0.0, 1e-6]\n"
+    assert predict(load.loads(pushed, setting), machine.shipped()).parts["steps"] == free.parts["steps"]
