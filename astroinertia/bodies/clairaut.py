@@ -195,10 +195,15 @@ def radau_darwin_error(body: LayeredBody) -> Array:
 
 
 def _refuse_beyond(value: Array, least: float, most: float, limits: str) -> None:
-    """ValueError where a known value is out of bounds by more than round-off; NaN is what was not known, and passes."""
+    """ValueError where a known value is out of bounds by more than the round-off of its own precision.
+
+    NaN is what was not known, and passes.
+    """
     if is_known(value):
-        number = np.asarray(value, dtype=float)
-        wrong = (number < least - _ROUND_OFF) | (number > most + _ROUND_OFF)
+        given = np.asarray(value)
+        number, own = given.astype(float), np.finfo(given.dtype).eps if given.dtype.kind == "f" else 0.0
+        round_off = max(_ROUND_OFF, float(own))
+        wrong = (number < least - round_off) | (number > most + round_off)
         if wrong.any():
             raise ValueError(f"{limits}, not {number[wrong].flat[0]:g}")
 

@@ -142,6 +142,10 @@ def test_radau_darwin_inverts_and_is_exact_where_it_should_be():
     assert radau_darwin_moment_ratio(1.5) == pytest.approx(0.4, rel=1e-15)
     ratios = np.linspace(2 / 15, 0.4, 7)
     assert radau_darwin_moment_ratio(radau_darwin_love_number(ratios)) == pytest.approx(ratios, rel=1e-14)
+    assert radau_darwin_love_number(np.float32(0.4)) == pytest.approx(1.5, rel=1e-6)
+    assert radau_darwin_moment_ratio(np.float32(1.5)) == pytest.approx(0.4, rel=1e-6)
+    with pytest.raises(ValueError, match=r"not 0\.40001"):
+        radau_darwin_love_number(np.float32(0.40001))
     assert abs(radau_darwin_error(prem())) == pytest.approx(1.84e-5, rel=0.01)
     for k2 in (1.5 + 1e-6, -1e-6, [1.0, 2.0]):
         with pytest.raises(ValueError, match="fluid k_2 is from 0 to 3/2"):
