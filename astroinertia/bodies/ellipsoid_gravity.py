@@ -22,6 +22,7 @@ _LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/ste
 _LOG_TAIL = 38.0  # ln u below the smallest squared axis at which exp(ln u) is beneath round-off
 
 
+@with_quantities(axes="m")
 def index_symbols(axes) -> np.ndarray:
     """Return A_1, A_2, A_3 of the semi-axes (..., 3): dimensionless, of sum 2, to 1e-15.
 
@@ -34,6 +35,7 @@ def index_symbols(axes) -> np.ndarray:
     return _shifted_symbols(scaled, scaled**2)
 
 
+@with_quantities(squares="m2")
 def index_integral(squares, indices: tuple[int, ...], power: int):
     """Return abc times the integral of u^power du/(Delta product over `indices` of (a_i^2 + u)).
 

@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import astropy.units as u
 import mpmath
 import numpy as np
 import pytest
@@ -254,3 +255,12 @@ def test_one_value_of_a_dataset_scales_a_figure() -> None:
         found = figure(0.7, mass=one["mass"], mean_radius=one["mean_radius"])
         np.testing.assert_allclose(found.axes, 5.0 * figure(0.7).axes, rtol=1e-14)
         assert found.mass == pytest.approx(3.0, rel=1e-15) and found.gravitational_constant < 1e-10
+
+
+def test_index_symbols_take_units_as_their_neighbours_do():
+    axes = np.array([3.0, 2.0, 1.0])
+    assert ellipsoid_gravity.index_symbols(axes * u.km).tolist() == ellipsoid_gravity.index_symbols(1e3 * axes).tolist()
+    pair = ellipsoid_gravity.index_integral(axes**2 * u.km**2, (0, 1), 1)
+    assert pair == pytest.approx(ellipsoid_gravity.index_integral(axes**2, (0, 1), 1), rel=1e-14)
+    with pytest.raises(ValueError, match="axes"):
+        ellipsoid_gravity.index_symbols(axes * u.kg)
