@@ -2,11 +2,14 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-from astroinertia.dataset.by_member import must_be_of_one_run
+import xarray as xr
+
+from astroinertia.dataset.by_member import begun, must_be_of_one_run
 from astroinertia.errors import AbsentError, SceneError
 
 OPTIONS = {
@@ -38,13 +41,8 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
                 if others["snapshots"] is None:
                     raise AbsentError("this dataset has no snapshots to draw.")
             draw = getattr(import_module(f"astroinertia.plots.{module}"), function)
-            try:
+            with missing_named(f"{plot.__name__} is drawn"):
                 figure = draw(**accessor._drawn(**others))
-            except KeyError as error:  # xarray's, which begins with what is missing
-                raise AbsentError(
-                    f"{plot.__name__} is drawn from all series of a run with their attributes, as astroinertia.open "
-                    f"gives them, and of this dataset a part is missing: {str(error.args[0]).split('. ')[0]}."
-                ) from error
             share = 1.0 if size is None else import_module("astroinertia.plots.small").resize(figure, _size(size))
             if path is not None:  # of as many dots as `show` gives it, also where it is smaller
                 figure.savefig(path, dpi=import_module("astroinertia.plots.style").RESOLUTION / share)
@@ -58,6 +56,23 @@ def picture(module: str, function: str, of_particles: bool = False) -> Callable[
         return drawn
 
     return made
+
+
+@contextmanager
+def missing_named(made: str) -> Iterator[None]:
+    """AbsentError that names what is missing of a dataset of which a part was taken, for the KeyError of xarray's."""
+    try:
+        yield
+    except KeyError as error:  # which begins with what is missing
+        raise AbsentError(
+            f"{made} from all series of a run with their attributes, as astroinertia.open gives them, and of this "
+            f"dataset a part is missing: {str(error.args[0]).split('. ')[0]}."
+        ) from error
+
+
+def as_drawn(dataset: xr.Dataset) -> xr.Dataset:
+    """What pictures and words are made of: a run in the order of its times, from its first record with a value on."""
+    return begun(dataset.inertia.dataset.sortby("time"))
 
 
 def _size(size: Any) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.picture_methods import missing_named
 from astroinertia.plots import style
 from astroinertia.plots.matter import (
     POLE_ON,
@@ -96,16 +97,19 @@ def name_view(axes: Any, text: str, height: float = 0.96) -> Any:
 
 
 def _figure(dataset: xr.Dataset, snapshots: xr.Dataset, title: str, views: tuple[str, str]) -> Figure:
-    chosen, snapshots = moments_to_show(snapshots), completed(dataset, snapshots)
-    with style.styled():
-        figure = style.begin(dataset, title, (3.9 * len(chosen) + 0.6, 8.4))
-        panels = figure.subplots(2, len(chosen), squeeze=False)
-        for column, (index, name) in enumerate(chosen):
-            _column(figure, panels[:, column], snapshots.isel(snapshot_time=index).load(), name, views is SLICES)
-        with_stars = "; stars are sinks" if "sink_position" in snapshots else ""
-        for axes, text in zip(panels[:, 0], views, strict=True):
-            name_view(axes, text + with_stars)
-        return figure
+    if "snapshot_time" not in snapshots.dims:  # one of them was chosen
+        snapshots = snapshots.expand_dims("snapshot_time")
+    with missing_named("figures of particles are drawn"):
+        chosen, snapshots = moments_to_show(snapshots), completed(dataset, snapshots)
+        with style.styled():
+            figure = style.begin(dataset, title, (3.9 * len(chosen) + 0.6, 8.4))
+            panels = figure.subplots(2, len(chosen), squeeze=False)
+            for column, (index, name) in enumerate(chosen):
+                _column(figure, panels[:, column], snapshots.isel(snapshot_time=index).load(), name, views is SLICES)
+            with_stars = "; stars are sinks" if "sink_position" in snapshots else ""
+            for axes, text in zip(panels[:, 0], views, strict=True):
+                name_view(axes, text + with_stars)
+            return figure
 
 
 def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:

@@ -11,6 +11,7 @@ import xarray as xr
 
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.picture_methods import as_drawn, missing_named
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
@@ -78,7 +79,9 @@ def summary(dataset: xr.Dataset, columns: int = 0) -> str:
     >>> print("flattening" in summary(ds), "T/|W|" in summary(ds))
     True True
     """
-    parts = [heading(dataset), *(table.text(columns) for table in tables(dataset))]
+    dataset = as_drawn(dataset)
+    with missing_named("a summary is made"):
+        parts = [heading(dataset), *(table.text(columns) for table in tables(dataset))]
     parts += [bounds.message(dataset.attrs, of) for of in ("resolution", "ledger")]
     return "\n\n".join(part for part in parts if part)
 
@@ -255,12 +258,12 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         ),
         (
             "change of the angular momentum",
-            drift / size,
+            drift / (size or np.nan),
             "of the largest angular momentum" if turning else "of 2 √(tr Q tr K), there is no spin",
         ),
         (
             "change of the momentum",
-            _largest(pushed - pushed[0]) / _largest(spread) if mass[0] > 0 else np.nan,
+            _largest(pushed - pushed[0]) / (_largest(spread) or np.nan) if mass[0] > 0 else np.nan,
             "of √(2 M E_kin) at its largest",
         ),
     ]

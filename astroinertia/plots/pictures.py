@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
+from astroinertia.dataset.picture_methods import as_drawn, missing_named
 from astroinertia.dataset.waves import FAINTEST
 from astroinertia.plots.attitude import attitude_figure, has_attitude
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values, wave_scale
@@ -58,19 +59,21 @@ def figures(
     >>> print([name for name, _ in figures(ds, only=["waves", "spin"])])
     ['spin', 'waves']
     """
-    wanted = [name for name in FIGURES if name in only]
-    yield from ((name, FIGURES[name](dataset)) for name in wanted if _has_something(dataset, name))
-    if not any(name in only for name in OF_PARTICLES):
-        return
-    snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
-    if snapshots is not None:
-        from astroinertia.plots.density import density_figure, projection_figure  # brings numba along
+    dataset = as_drawn(dataset)
+    with missing_named("figures are drawn"):
+        wanted = [name for name in FIGURES if name in only]
+        yield from ((name, FIGURES[name](dataset)) for name in wanted if _has_something(dataset, name))
+        if not any(name in only for name in OF_PARTICLES):
+            return
+        snapshots = dataset.inertia.snapshots if snapshots is None else snapshots
+        if snapshots is not None:
+            from astroinertia.plots.density import density_figure, projection_figure  # brings numba along
 
-        drawn = (density_figure, projection_figure, standard_figure)
-        for name, figure in zip(OF_PARTICLES, drawn, strict=True):
-            made = figure(dataset, snapshots) if name in only else None
-            if made is not None:
-                yield name, made
+            drawn = (density_figure, projection_figure, standard_figure)
+            for name, figure in zip(OF_PARTICLES, drawn, strict=True):
+                made = figure(dataset, snapshots) if name in only else None
+                if made is not None:
+                    yield name, made
 
 
 @with_absent

@@ -449,3 +449,20 @@ def test_effects_of_one_run_have_colours_of_their_own():
     colours = [style.effect_colour(name, names) for name in names]
     assert len(set(colours)) == len(names)
     assert colours[:2] == [style.EFFECTS["gravity"], style.EFFECTS["damping"]]
+
+
+def test_a_part_of_a_run_is_drawn_or_what_is_missing_is_named(series, snapshots):
+    late = series.where(series.time >= float(series.time[2]))  # no values at the times before
+    assert [name for name, _ in plots.figures(late)] == [name for name, _ in plots.figures(series)]
+    assert plots.summary(late, 80)
+    at_rest = series.isel(time=0)
+    still = {name: 0.0 * at_rest[name] for name in ("momentum", "angular_momentum", "kinetic_energy", "kinetic_tensor")}
+    assert plots.summary(at_rest.assign(still), 80)
+    assert dict(plots.figures(series.isel(time=0)))
+    for name, made in (("work", plots.figures), ("total_energy", plots.summary)):
+        with pytest.raises(AbsentError, match=rf"a part is missing: .*{name}"):
+            list(made(series.drop_vars(name)))
+    some = snapshots.isel(particle=slice(0, 200), snapshot_time=1)
+    assert plots.density_figure(series, some).axes
+    with pytest.raises(AbsentError, match=r"of particles .* a part is missing: .*smoothing_length"):
+        plots.projection_figure(series, snapshots.drop_vars("smoothing_length"))
