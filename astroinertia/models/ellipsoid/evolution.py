@@ -21,6 +21,7 @@ ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
 COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
 STEEP = 1e4  # times that thickness, below which steps that grow too short tell of a collapse too
 FIRST_STEP = 1e-3  # over the time in which the body changes
+SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 SMALL = 0.03  # semi-axes below this share of the largest are those that have collapsed
 
 
@@ -57,23 +58,35 @@ class Ellipsoid:
         """Times from now on, up to one, at which an effect begins or ends."""
         return {float(time) for effect in self.problem.effects for time in effect.breaks(self.time, until)}
 
+    def stretch(self, until: float) -> tuple[float, Problem]:
+        """Up to when, `until` at most, all effects are what they are now, and the physics up to then, ends included."""
+        stop = min(self.breaks(until), default=None)
+        if stop is None:
+            return until, self.problem
+        effects = tuple(effect.during(self.time, stop) for effect in self.problem.effects)
+        return stop, as_arrays(replace(self.problem, effects=effects))
+
     def advance(self, until: float) -> None:
-        """To `until`, or as far as so many steps go.
+        """To `until` or where an effect begins or ends before, or as far as so many steps go.
 
         NumericalError where the body collapses, is torn apart, or steps grow too short or too many for one record.
         """
         with jax.enable_x64(True):
+            stop, problem = self.stretch(until)
+            if stop - self.time <= SAME_TIME * abs(stop):
+                self.time = stop
+                return
             advanced = adaptive.advance(
-                affine_body.scaled_rate, self.problem, affine_body.measured(self.problem, self.state), self.time, until,
-                min(self.timestep, until - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
+                affine_body.scaled_rate, problem, affine_body.measured(problem, self.state), self.time, stop,
+                min(self.timestep, stop - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
                 min(AT_ONCE, adaptive.MOST_STEPS),
             )  # fmt: skip
-            goes_on = self._way.goes_on(self.time, advanced, until)
-            self.moved(affine_body.unmeasured(self.problem, advanced.state), advanced)
+            goes_on = self._way.goes_on(self.time, advanced, stop)
+            self.moved(affine_body.unmeasured(problem, advanced.state), advanced)
             if not goes_on:
                 if bool(advanced.stopped) or bool(advanced.failed):
                     raise self.diagnosis()
-                self.time = until
+                self.time = stop
 
     def moved(self, state: State, advanced: adaptive.Advanced) -> None:
         """Be in a state that an integration has come to."""

@@ -11,7 +11,7 @@ import jax
 
 from astroinertia.engines import adaptive, variational
 from astroinertia.models.ellipsoid import affine_body
-from astroinertia.models.ellipsoid.evolution import ABSOLUTE, AT_ONCE, Ellipsoid
+from astroinertia.models.ellipsoid.evolution import ABSOLUTE, AT_ONCE, SAME_TIME, Ellipsoid
 
 Array = Any
 
@@ -32,17 +32,19 @@ def advance(body: Ellipsoid, four: Sequence[Ellipsoid], step: float, until: floa
 
     with jax.enable_x64(True):
         (by_problem, along), jump = variational.slopes([inputs(one) for one in four], step)
-        state, way, goes_on = affine_body.measured(problem, body.state), adaptive.Way(), True
-        while goes_on:
-            advanced = adaptive.advance(
-                _rate, (problem, by_problem), (state, along), body.time, until, min(body.timestep, until - body.time),
-                body.tolerance, ABSOLUTE * body.tolerance, _ended, min(AT_ONCE, adaptive.MOST_STEPS),
-            )  # fmt: skip
-            goes_on = way.goes_on(body.time, advanced, until)
-            state, along = advanced.state
-            body.moved(affine_body.unmeasured(problem, state), advanced)
-        if bool(advanced.stopped) or bool(advanced.failed):
-            raise body.diagnosis()
+        state = affine_body.measured(problem, body.state)
+        for stop in sorted({until, *breaks}):
+            way, goes_on = adaptive.Way(), stop - body.time > SAME_TIME * abs(stop)
+            while goes_on:
+                advanced = adaptive.advance(
+                    _rate, (problem, by_problem), (state, along), body.time, stop, min(body.timestep, stop - body.time),
+                    body.tolerance, ABSOLUTE * body.tolerance, _ended, min(AT_ONCE, adaptive.MOST_STEPS),
+                )  # fmt: skip
+                goes_on = way.goes_on(body.time, advanced, stop)
+                state, along = advanced.state
+                body.moved(affine_body.unmeasured(problem, state), advanced)
+                if not goes_on and (bool(advanced.stopped) or bool(advanced.failed)):
+                    raise body.diagnosis()
         for side, one in zip(variational.SIDES, four, strict=True):
             beside = variational.beside(state, along, side * step)
             one.moved(affine_body.unmeasured(problem, beside), advanced)
