@@ -1,5 +1,6 @@
 """The command `compare`: its arguments, and what it says and draws. Printing is left to main.py."""
 
+import shutil
 from pathlib import Path
 
 from astroinertia.cli import result
@@ -49,7 +50,8 @@ def report(options: Options) -> str:
         except ValueError as error:
             raise SceneError(str(error)) from None
         style.save(ladder.ladder_figure(opened, comparison, finest), options.plot)
-        return f"{ladder.ladder_table(opened, comparison, finest)}{skipped}\n\npicture: {options.plot}"
+        table = ladder.ladder_table(opened, comparison, finest, shutil.get_terminal_size((0, 0)).columns)
+        return f"{table}{skipped}\n\npicture: {options.plot}"
 
 
 def _chosen(paths: list[Path], options: Options, most: int) -> tuple[list[Path], str]:

@@ -5,6 +5,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import xarray as xr
@@ -14,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
+from astroinertia.plots.in_words import Table
 from astroinertia.plots.shown_units import beyond_round_off, written
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
@@ -161,8 +163,12 @@ def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared]
 
 
 @with_absent
-def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int) -> str:
+def ladder_table(
+    datasets: Sequence[xr.Dataset], quantities: Sequence[Compared], finest: int, columns: int = 0
+) -> str:  # fmt: skip
     """The same in words: what each run costs, and start, extremes, end and differences of every quantity.
+
+    columns: of the terminal that it is for; without, it is as wide as it needs.
 
     >>> runs = [ds, ds.assign(inertia_tensor=1.01 * ds.inertia_tensor)]
     >>> text = ladder_table(runs, compared(runs, ["inertia_tensor"], finest=0), 0)
@@ -171,32 +177,34 @@ def ladder_table(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared],
     """
     names = labels(datasets)
     width = max(max(map(len, names)), 18) + 2
-    lines = [f"{'run':{width}}{'computed in':>{_COLUMN}}{'outputs':>{_COLUMN}}{'to':>{_COLUMN}}"]
+    rows: list[tuple[str, ...]] = []
     for name, dataset in zip(names, datasets, strict=True):
         wall, outputs = float(dataset["wall_time"][-1]), dataset.sizes["time"]
         took = f"{wall:.3g} s" if np.isfinite(wall) else "-"
         factor, unit = style.scale_of(style.unit_of(dataset["time"]), dataset["time"].values)
         end = written(float(dataset["time"][-1]), factor, unit)
-        lines.append(f"{name:{width}}{took:>{_COLUMN}}{outputs:>{_COLUMN}}{end:>{_COLUMN}}")
-    heads = ("start", "minimum", "maximum", "end", "rms diff.", "largest diff.")
+        rows.append((name, took, str(outputs), end))
+    widths = (width, *[_COLUMN] * 6)
+    lines = [Table("", ("run", "computed in", "outputs", "to"), tuple(rows), widths[:4]).text(columns)]
+    heads = ("", "start", "minimum", "maximum", "end", "rms diff.", "largest")
     for one in quantities:
         factor, unit = _shared_scale(one)
         title = one.long_name if unit == "1" else f"{one.long_name} ({unit})"
-        lines += ["", title, f"{'':{width}}" + "".join(f"{head:>{_COLUMN}}" for head in heads)]
+        rows = []
         for number, line in one.lines.items():
             values = line.values[np.isfinite(line.values)]
             # Runs may be of bodies of very different sizes; a plain number is one beside 1.
             size = one.size if one.unit == "1" else float(abs(values).max())
             values = np.where(abs(values) > _ROUND_OFF * size, values, 0.0)
             shown = [values[0], values.min(), values.max(), values[-1]]
-            cells = "".join(f"{value / factor:>{_COLUMN}.5g}" for value in shown)
-            lines.append(f"{names[number]:{width}}{cells}{_difference_cells(one, line, number == finest)}")
+            differences = _difference_cells(one, line, number == finest)
+            rows.append((names[number], *(f"{value / factor:.5g}" for value in shown), *differences))
+        lines += ["", title, Table(title, heads, tuple(rows), widths).text(columns)]
     ends = [float(dataset["time"][-1]) for dataset in datasets]
     more = _common(min(ends), max(ends))
-    lines += ["", f"differences are from '{names[finest]}', over its largest value{more}"]
-    return "\n".join(
-        [*lines, *(f"'{names[number]}' is the same to the last bit" for number in _same(quantities, finest))]
-    )
+    said = [f"differences are from '{names[finest]}', over its largest value{more}"]
+    said += [f"'{names[number]}' is the same to the last bit" for number in _same(quantities, finest)]
+    return "\n".join([*lines, "", *(fill(line, columns) if columns else line for line in said)])
 
 
 def _shared_scale(one: Compared) -> tuple[float, str]:
@@ -221,11 +229,11 @@ def _identical(one: Compared, number: int, finest: int) -> bool:
     )
 
 
-def _difference_cells(one: Compared, line: Line, itself: bool) -> str:
+def _difference_cells(one: Compared, line: Line, itself: bool) -> tuple[str, str]:
     sizes = abs(line.difference[np.isfinite(line.difference)]) / one.size
     if itself or not len(sizes):
-        return f"{'-':>{_COLUMN}}" * 2
-    return f"{np.sqrt(np.mean(sizes**2)):>{_COLUMN}.2e}{sizes.max():>{_COLUMN}.2e}"
+        return "-", "-"
+    return f"{np.sqrt(np.mean(sizes**2)):.2e}", f"{sizes.max():.2e}"
 
 
 def _compared(datasets: Sequence[xr.Dataset], name: str, finest: int) -> Compared | None:

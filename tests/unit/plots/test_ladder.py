@@ -159,6 +159,14 @@ def test_the_picture_is_legible_and_the_table_tells_the_numbers(fine, particles)
     assert "differences are from 'sph, 5000 particles'" in text
 
 
+def test_the_table_fits_a_terminal_of_eighty_columns(fine, particles):
+    runs = [fine, particles]
+    found = ladder.compared(runs)
+    narrow, wide = (ladder.ladder_table(runs, found, 1, columns).splitlines() for columns in (80, 0))
+    assert max(map(len, narrow)) <= 80 < max(map(len, wide))
+    assert " ".join(narrow).split() == " ".join(wide).split()  # the same words and numbers
+
+
 def test_a_run_of_a_far_smaller_body_has_its_own_numbers_in_the_table(fine, particles):
     small = fine.assign(inertia_tensor=1e-30 * fine.inertia_tensor, mean_radius=1e-15 * fine.mean_radius)
     runs = [small, particles]
