@@ -1,8 +1,9 @@
 """Planets in hydrostatic equilibrium from what they are made of: layers of cold materials, from the centre outwards.
 
-By mass, with t = (m/M)^(1/3) so that all is smooth at the centre, and V = (r/t)^3:
+By mass, with t = x/X for the radius x that the matter below would have at the surface's pressure, where its density is
+rho_0 (a smooth image of r, also around a small core), and V = (r/t)^3:
 
-    V t^3 = (9 M/4 pi) integral of t^2/rho dt,    dP/dt = -(3 G M^2/4 pi) t V^(-4/3),
+    V t^3 = 3 X^3 integral of (rho_0/rho) t^2 dt,    dP/dt = -G rho_0 X^3 (m/t^3) t V^(-4/3),
 
 and by radius, with t = r/R and V = m/t^3,
 
@@ -40,6 +41,7 @@ Array = Any
 
 DEFAULT_STEPS = 6  # a layer: the knee in tests/benchmarks/results/work_precision_layered.md
 _NODES = 8  # collocation nodes a step
+_GRADING = 0.005  # share of the radius: steps around a small core are even well inside it, geometric well outside
 _CROWDING = 3  # steps of the last layer crowd to the surface, beyond which rho(P) is singular: in tension, or at once
 # Iterations a step, the first with no slope: each gains a factor of the step's share of P/K over its number.
 _PICARD = 21
@@ -198,28 +200,32 @@ def _solve(
 ) -> HydrostaticPlanet:
     layers = jnp.asarray(layers, dtype=float)
     g = jnp.asarray(gravitational_constant, dtype=float)
-    densities = jnp.stack([jnp.asarray(matter.reference_density, dtype=float) for matter in materials])
-    if by == "mass":  # scale: M or R, what t is a share of
-        scale = jnp.sum(layers)
-        edges = jnp.concatenate([jnp.zeros(1), _cube_root(jnp.cumsum(layers) / scale)])
-        equation = _ByMass(scale, g)
-        mass, radius = scale, jnp.cbrt(3 * jnp.sum(layers / densities) / _FOUR_PI)
-    else:
-        scale = layers[-1]
-        edges = jnp.concatenate([jnp.zeros(1), layers]) / scale
-        equation = _ByRadius(scale, g)
-        mass, radius = _FOUR_PI / 3 * scale**3 * jnp.sum(densities * jnp.diff(edges**3)), scale
-
-    ramp = 1 - np.arange(steps + 1) / steps
-    ramps = np.stack([ramp ** (_CROWDING if k == len(materials) - 1 else 1) for k in range(len(materials))])
-    matter = _one_of_kinds(materials)
-    parts = _Parts(equation, matter, edges[1:, None] - jnp.diff(edges)[:, None] * ramps)
     surface_pressure = jnp.asarray(surface_pressure, dtype=float)
+    matter = _one_of_kinds(materials)
+    densities = jax.lax.map(lambda layer: layer.density(surface_pressure), matter)
+    if by == "mass":
+        volumes = jnp.cumsum(
+            3 * layers / (_FOUR_PI * densities)
+        )  # radii^3 of what is no more compressed than the surface
+        mass, radius = jnp.sum(layers), jnp.cbrt(volumes[-1])
+        outer = _cube_root(volumes / volumes[-1])
+        full = _FOUR_PI / 3 * densities * volumes[-1]
+        below = jnp.concatenate([jnp.zeros(1), jnp.cumsum(layers)[:-1]])
+        equation: _ByMass | _ByRadius = _ByMass(radius, g, full, below - full * _inner(outer) ** 3)
+    else:
+        radius, outer = layers[-1], layers / layers[-1]
+        mass = _FOUR_PI / 3 * radius**3 * jnp.sum(densities * jnp.diff(outer**3, prepend=0.0))
+        equation = _ByRadius(radius, g)
+    equation = jax.tree.map(lambda part: jnp.broadcast_to(part, layers.shape), equation)
+    parts = _Parts(equation, matter, _step_edges(outer, steps))
     # the uncompressed planet's, which compression raises: 3 G M^2/(8 pi R^4)
     guess = jnp.log(1.5 * 3 * g * mass**2 / (2 * _FOUR_PI * radius**4) + surface_pressure)
     log_pressure, end, rows = _equilibrium(parts, surface_pressure, jax.lax.stop_gradient(guess))
     t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
-    r, m = (_cube_root(content), scale * t**3) if by == "mass" else (scale * t, content)
+    if by == "mass":
+        r, m = _cube_root(content), equation.full[:, None] * t**3 + equation.excess[:, None]
+    else:
+        r, m = radius * t, content
     density, compressibility = jax.lax.map(lambda layer: _density_and_slope(*layer), (matter, pressure))
     positive = r > 0
     gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
@@ -276,23 +282,30 @@ _FOUR_PI = 4 * math.pi
 
 
 class _ByMass(NamedTuple):
-    """The equations with t = (m/M)^(1/3); the content is r^3."""
+    """The equations with t = x/X, the radius if no matter were more compressed than at the surface; the content is r^3.
 
-    mass: Array
+    radius: X. full: the mass of a whole sphere of that radius of a layer's matter; excess: what the matter below the
+    layer has more than that of the layer would have in its place.
+    """
+
+    radius: Array
     g: Array
+    full: Array
+    excess: Array
 
     def content_slope(self, density: Array) -> Array:
         """Of the content over t^2."""
-        return 9 * self.mass / (_FOUR_PI * density)
+        return 9 * self.full / (_FOUR_PI * density)
 
-    def pressure_slope(self, _: Array, mean_content: Array) -> Array:
+    def pressure_slope(self, _: Array, mean_content: Array, t: Array) -> Array:
         """Of the pressure over t; mean_content is V."""
-        return -3 * self.g * self.mass**2 / _FOUR_PI * mean_content ** (-4 / 3)
+        return -3 * self.g * self.full * (self.full + self.excess / t**3) / _FOUR_PI * mean_content ** (-4 / 3)
 
     def moment_and_energy_slopes(self, _: Array, mean_content: Array, t: Array) -> Array:
         """Of I and W: (2/3) r^2 dm/dt and -(G m/r) dm/dt."""
         u = jnp.cbrt(mean_content)
-        return jnp.stack([2 * self.mass * u**2 * t**4, -3 * self.g * self.mass**2 * t**4 / u])
+        shell = self.full * t**4
+        return jnp.stack([2 * shell * u**2, -3 * self.g * (self.full + self.excess / t**3) * shell / u])
 
 
 class _ByRadius(NamedTuple):
@@ -305,7 +318,7 @@ class _ByRadius(NamedTuple):
         """Of the content over t^2."""
         return _FOUR_PI * self.radius**3 * density
 
-    def pressure_slope(self, density: Array, mean_content: Array) -> Array:
+    def pressure_slope(self, density: Array, mean_content: Array, _: Array) -> Array:
         """Of the pressure over t; mean_content is V."""
         return -self.g / self.radius * density * mean_content
 
@@ -315,8 +328,27 @@ class _ByRadius(NamedTuple):
         return jnp.stack([2 / 3 * self.radius**2 * shell, -self.g / self.radius * mean_content * shell])
 
 
+def _inner(outer: Array) -> Array:
+    """The t of the layers' inner boundaries (layers,) from those of their outer ones."""
+    return jnp.concatenate([jnp.zeros(1), outer[:-1]])
+
+
+def _step_edges(outer: Array, steps: int) -> Array:
+    """The t of the edges of each layer's steps, (layers, steps + 1), from those of the layers' outer boundaries.
+
+    Those outside a core grow as its distance does, beyond it evenly in ln(t + GRADING).
+    """
+    ramp = 1 - np.arange(steps + 1) / steps
+    ramps = np.stack([ramp ** (_CROWDING if k == len(outer) - 1 else 1) for k in range(len(outer))])
+    inner, top = _inner(outer)[:, None], outer[:, None]
+    even = top - (top - inner) * ramps
+    graded = (top + _GRADING) * ((inner + _GRADING) / (top + _GRADING)) ** ramps - _GRADING
+    graded = graded.at[:, 0].set(inner[:, 0]).at[:, -1].set(outer)
+    return jnp.where(inner > 0, graded, even)
+
+
 class _Parts(NamedTuple):
-    """What is integrated: the equation, the layers' matter, and t at the edges of their steps (layers, steps + 1)."""
+    """What is integrated, of each layer: the equation, its matter, and t at the edges of its steps (steps + 1,)."""
 
     equation: _ByMass | _ByRadius
     matter: _OneOf
@@ -326,10 +358,9 @@ class _Parts(NamedTuple):
 def _integrated(parts: _Parts, log_pressure: Array) -> tuple[Array, Array]:
     """The state at the surface from a pressure at the centre, and the rows of all layers."""
 
-    def through(state: Array, layer: tuple[_OneOf, Array]) -> tuple[Array, Array]:
-        return _through_layer(parts.equation, *layer, state)
-
-    return jax.lax.scan(through, jnp.zeros(6).at[1].set(jnp.exp(log_pressure)), (parts.matter, parts.edges))
+    return jax.lax.scan(
+        lambda state, layer: _through_layer(*layer, state), jnp.zeros(6).at[1].set(jnp.exp(log_pressure)), parts
+    )
 
 
 @jax.custom_jvp
@@ -404,7 +435,7 @@ def _through_layer(equation: _ByMass | _ByRadius, matter: _OneOf, edges: Array, 
             density = matter.density(nodes)
             filled = content + growth @ equation.content_slope(density)
             mean = jnp.where(some, filled / safe**3, 1.0)
-            new = _AtNodes(nodes, density, mean, equation.pressure_slope(density, mean))
+            new = _AtNodes(nodes, density, mean, equation.pressure_slope(density, mean, safe))
             return new, jnp.max(jnp.abs(nodes - carry.pressure))
 
         nothing = jnp.zeros(_NODES)
@@ -413,7 +444,7 @@ def _through_layer(equation: _ByMass | _ByRadius, matter: _OneOf, edges: Array, 
         grown = whole_growth @ filling
         increment = jnp.concatenate([
             jnp.stack([grown, whole_fall @ nodes.pressure_slope]),
-            width * equation.moment_and_energy_slopes(nodes.density, nodes.mean_content, t) @ weights,
+            width * equation.moment_and_energy_slopes(nodes.density, nodes.mean_content, safe) @ weights,
             jnp.atleast_1d(jnp.abs(last_coefficient @ filling / jnp.mean(filling)) * grown),
         ])  # fmt: skip
         unsettled = jnp.maximum(carried[5], changes[-1])

@@ -89,6 +89,20 @@ def test_the_incompressible_planet_and_the_polytrope_of_index_one():
     assert cut.mean_moment == pytest.approx(moment, rel=1e-11)
 
 
+def test_the_pressure_inside_a_small_core():
+    """Two layers, incompressible, of densities m and c: (2 pi G/3) (m^2 (1 - x^2) + 2 m (c - m) (x^2 - x^3) + c^2 x^2).
+
+    With the steps that are taken unless others are asked for.
+    """
+    materials = [ModifiedPolytrope(8.0, 0.0), ModifiedPolytrope(1.0, 0.0)]
+    for x in (0.3, 0.03, 0.003):
+        exact = 2 * np.pi / 3 * (1 - x**2 + 14 * x**2 * (1 - x) + 64 * x**2)
+        masses = 4 * np.pi / 3 * np.array([8 * x**3, 1 - x**3])
+        for planet in (planet_from_masses(masses, materials), planet_from_radii([x, 1.0], materials)):
+            assert planet.central_pressure == pytest.approx(exact, rel=2e-6), x
+            assert planet.layer_radii == pytest.approx([x, 1.0], rel=1e-14)
+
+
 @pytest.mark.full
 def test_an_earth_of_iron_and_perovskite():
     """An adaptive integration of the textbook's equations in r from the same centre; and what the Earth is like."""
