@@ -94,7 +94,7 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
         origin = plain_text(metadata[door.described][kind])
         raise ArchiveError(
             f"{archive.folder} was run with the {door.thing} '{plain_text(kind)}' ({origin}), which is not here: "
-            f"install its package, or give it from Python to resume(folder, {door.argument})."
+            f"install its package, or give it from Python to astroinertia.resume or branch, as {door.argument}."
         )
     classes = [made_of(effect) for effect in effects]
     scene = load.loads(metadata["scene"], origin=metadata.get("origin"), effects=classes)
