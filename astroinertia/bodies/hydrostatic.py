@@ -222,10 +222,7 @@ def _solve(
     guess = jnp.log(1.5 * 3 * g * mass**2 / (2 * _FOUR_PI * radius**4) + surface_pressure)
     log_pressure, end, rows = _equilibrium(parts, surface_pressure, jax.lax.stop_gradient(guess))
     t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
-    if by == "mass":
-        r, m = _cube_root(content), equation.full[:, None] * t**3 + equation.excess[:, None]
-    else:
-        r, m = radius * t, content
+    r, m = equation.radius_and_mass(t, content)
     density, compressibility = jax.lax.map(lambda layer: _density_and_slope(*layer), (matter, pressure))
     positive = r > 0
     gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
@@ -307,6 +304,10 @@ class _ByMass(NamedTuple):
         shell = self.full * t**4
         return jnp.stack([2 * shell * u**2, -3 * self.g * (self.full + self.excess / t**3) * shell / u])
 
+    def radius_and_mass(self, t: Array, content: Array) -> tuple[Array, Array]:
+        """At rows (layers, rows)."""
+        return _cube_root(content), self.full[:, None] * t**3 + self.excess[:, None]
+
 
 class _ByRadius(NamedTuple):
     """The equations with t = r/R; the content is m."""
@@ -326,6 +327,10 @@ class _ByRadius(NamedTuple):
         """Of I and W: (2/3) r^2 dm/dt and -(G m/r) dm/dt."""
         shell = self.content_slope(density) * t**4
         return jnp.stack([2 / 3 * self.radius**2 * shell, -self.g / self.radius * mean_content * shell])
+
+    def radius_and_mass(self, t: Array, content: Array) -> tuple[Array, Array]:
+        """At rows (layers, rows)."""
+        return self.radius[:, None] * t, content
 
 
 def _inner(outer: Array) -> Array:
