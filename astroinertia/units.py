@@ -423,7 +423,7 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
     if any(power > LARGEST_EXPONENT for power in powers):
         raise SceneError(f"the unit '{shown(text)}' has an exponent beyond {LARGEST_EXPONENT}.")
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), astropy_units.imperial.enable():
             warnings.simplefilter("error")  # astropy warns where it guesses at a unit
             unit: Any = astropy_units.Unit(_ASTROPY_NAMES.get(text, text)).decompose()
             bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}

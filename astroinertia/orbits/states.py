@@ -25,6 +25,7 @@ def states(bodies: rebound.Simulation, times: np.ndarray, origin: int = 0) -> tu
     [[ 1.  0.  0.]
      [-1.  0.  0.]]
     """
+    times = np.asarray(times, dtype=float)
     rows, now = np.empty((len(times), bodies.N, 6)), live(bodies)
     for row, time in zip(rows, times.tolist(), strict=True):
         go_on(bodies, time)

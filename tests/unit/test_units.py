@@ -211,3 +211,14 @@ def test_constants_are_those_of_codata_and_the_iau_to_the_last_bit():
     assert {name: getattr(units, name) for name in names} == {
         name: float(getattr(constants, symbol).si.value) for name, symbol in names.items()
     }
+
+
+def test_imperial_units_are_known_and_no_other_unit_changes_by_them():
+    """By the definition of the pound and the yard of 1959."""
+    for text, size in (("lb", 0.45359237), ("ft", 0.3048), ("mi", 1609.344), ("yd", 0.9144)):
+        assert units.any_quantity(f"2 {text}")[0] == pytest.approx(2.0 * size, rel=1e-15)
+    known = {name: unit for part in (u.si, u.cgs, u.astrophys) for name, unit in vars(part).items()}
+    plain = {name: u.Unit(name) for name, unit in known.items() if isinstance(unit, u.UnitBase) and name in dir(u)}
+    assert len(plain) > 1000
+    with u.imperial.enable():
+        assert {name: u.Unit(name) for name in plain} == plain

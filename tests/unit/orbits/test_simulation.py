@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.orbits.simulation import BARYCENTRE, Companion, companions, in_code_units, simulation
+from astroinertia.orbits.states import states
 from astroinertia.units import GRAVITATIONAL_CONSTANT, CodeUnits
 
 EARTH, MOON, SUN = 5.9722e24, 7.346e22, 1.98841e30
@@ -90,3 +91,9 @@ def test_what_contradicts_is_refused_in_a_sentence():
     passing = simulation(1.0, [Companion("comet", 0.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 2.0, 0.0))])
     with pytest.raises(ValueError, match="no bound orbit"):
         companions(passing)
+
+
+def test_states_at_a_list_of_times_are_those_at_an_array():
+    orbit = [Companion("moon", 0.1, semi_major_axis=1.0, eccentricity=0.2)]
+    by_list, by_array = (states(simulation(1.0, orbit), times) for times in ([0.0, 3], np.array([0.0, 3.0])))
+    assert np.array_equal(by_list, by_array)
