@@ -211,7 +211,7 @@ def _solve(
         outer = _cube_root(volumes / volumes[-1])
         full = _FOUR_PI / 3 * densities * volumes[-1]
         below = jnp.concatenate([jnp.zeros(1), jnp.cumsum(layers)[:-1]])
-        equation: _ByMass | _ByRadius = _ByMass(radius, g, full, below - full * _inner(outer) ** 3)
+        equation: _ByMass | _ByRadius = _ByMass(g, full, below - full * _inner(outer) ** 3)
     else:
         radius, outer = layers[-1], layers / layers[-1]
         mass = _FOUR_PI / 3 * radius**3 * jnp.sum(densities * jnp.diff(outer**3, prepend=0.0))
@@ -281,11 +281,10 @@ _FOUR_PI = 4 * math.pi
 class _ByMass(NamedTuple):
     """The equations with t = x/X, the radius if no matter were more compressed than at the surface; the content is r^3.
 
-    radius: X. full: the mass of a whole sphere of that radius of a layer's matter; excess: what the matter below the
-    layer has more than that of the layer would have in its place.
+    full: the mass of a whole sphere of the radius X of a layer's matter; excess: what the matter below the layer has
+    more than that of the layer would have in its place.
     """
 
-    radius: Array
     g: Array
     full: Array
     excess: Array
