@@ -11,7 +11,6 @@ Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4 and 7; Sai
 ApJ 548, 919 (the distortion). Test: tests/unit/bodies/test_bar_analysis.py.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from astroinertia.inertia.growth import growth
 from astroinertia.inertia.tensor import axial_vector, twice_symmetric
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import of_any_length
 
 _ROUND_OFF = 1e-13  # strength below which what is seen of a bar is round-off
 _FEWEST = 3  # points that a growth rate is fitted to
@@ -150,12 +150,12 @@ def growth_rate(times, strength, low: float, high: float) -> float:
 
 def _plane(axis: np.ndarray) -> np.ndarray:
     """Two unit vectors (2, 3) that span the plane across the axis, right-handed with it: x and y for z."""
-    length = float(np.linalg.norm(axis))
-    if axis.shape != (3,) or not 0 < length < math.inf:
+    if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
         raise ValueError(
             f"the axis along which a bar is seen is a vector of three finite numbers, not {axis.tolist()!r}"
         )
-    pole = axis / length
+    direction = of_any_length(axis)
+    pole = direction / np.linalg.norm(direction)
     aside = np.eye(3)[int(np.argmin(np.abs(pole)))]
     first = np.array([1.0, 0.0, 0.0]) if np.array_equal(pole, [0.0, 0.0, 1.0]) else np.cross(aside, pole)
     first = first / np.linalg.norm(first)

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.tensor import inertia_from_second_moment, second_moment_from_inertia
 from astroinertia.process.quantities import InputError, with_quantities
+from astroinertia.process.vectors import of_any_length
 
 Array = Any
 
@@ -86,6 +87,7 @@ def posture(limbs: Sequence[Limb], angles: Array, rates: Array = 0.0) -> Posture
         hinge, axis = turned[above] @ np.asarray(limb.joint) + moved[above], np.asarray(limb.axis, dtype=float)
         if not axis.any():
             raise InputError(f"the axis of limb {index} must not be the vector 0")
+        axis = of_any_length(axis)
         axis = turned[above] @ (axis / np.linalg.norm(axis))
         turned.append(Rotation.from_rotvec(angles[index] * axis).as_matrix() @ turned[above])
         moved.append(hinge - turned[index] @ np.asarray(limb.joint))

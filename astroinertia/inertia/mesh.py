@@ -235,6 +235,8 @@ def _check_volume(xp: Any, points: Array, volume: Array) -> None:
     box = xp.prod(points.max(-2) - points.min(-2), axis=-1)
     if not (xp.isfinite(box) & xp.isfinite(volume)).all():
         raise ValueError("the mesh is too large: its volume is beyond what a number holds")
+    if ((box == 0.0) & (points.max(-2) > points.min(-2)).all(-1)).any():
+        raise ValueError("the mesh is too small: its volume is below what a number holds")
     if (abs(volume) <= _ROUNDINGS * xp.finfo(volume.dtype).eps * box).any():
         raise ValueError("the mesh encloses no volume")
     if (volume < 0).any():

@@ -14,6 +14,7 @@ from astroinertia.inertia.body import Body
 from astroinertia.inertia.rolling import STANDARD_GRAVITY
 from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.process.quantities import with_quantities
+from astroinertia.process.vectors import of_any_length
 
 Array = Any
 
@@ -102,6 +103,6 @@ def pivot_impulse(body: Body, pivot: Array, reach: Array, axis: Array = (0.0, 1.
 
 def _arm(xp: Any, body: Body, pivot: Array, axis: Array) -> Array:
     """The distance (...,) of the centre of mass from the axle."""
-    axis = xp.asarray(axis)
+    axis = of_any_length(xp.asarray(axis))
     across = xp.cross(axis, body.centre - xp.asarray(pivot))
     return xp.linalg.norm(across, axis=-1) / xp.linalg.norm(axis, axis=-1)

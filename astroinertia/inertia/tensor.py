@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.vectors import require_components
+from astroinertia.process.vectors import of_any_length, require_components
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -388,7 +388,7 @@ def equivalent_ring(inertia: Array, mass: Array, axis: Array) -> tuple[Array, Ar
     xp = namespace(inertia, axis)
     axis = xp.asarray(axis)
     moment = moment_about(inertia, axis)
-    axis = axis / abs(axis).max(-1, keepdims=True)  # whose square may overflow
+    axis = of_any_length(axis)
     along = axis[..., :, None] * axis[..., None, :] / (axis**2).sum(-1)[..., None, None]
     ring = 0.5 * moment[..., None, None] * (xp.eye(3, dtype=along.dtype) + along)
     return radius_of_gyration(moment, mass), ring

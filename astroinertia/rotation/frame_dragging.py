@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.vectors import require_components
+from astroinertia.process.vectors import of_any_length, require_components
 from astroinertia.rotation.precession import require_ellipse
 from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
@@ -67,7 +67,7 @@ def dragged_gyroscope(
     39.1
     """
     require_components(angular_momentum=angular_momentum, orbit_normal=orbit_normal)
-    momentum, normal = np.asarray(angular_momentum, dtype=float), np.asarray(orbit_normal, dtype=float)
+    momentum, normal = np.asarray(angular_momentum, dtype=float), of_any_length(np.asarray(orbit_normal, dtype=float))
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
     if not np.all(size > 0):
         raise ValueError("orbit_normal must not be the vector 0")

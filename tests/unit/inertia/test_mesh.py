@@ -204,6 +204,7 @@ FLAT = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]) @ Rotation.from_rotvec([0.3
         (CUBE, np.concatenate([CUBE_FACES[:1, ::-1], CUBE_FACES[1:]]), "wound alike.* vertices 0 and 1 disagree"),
         (CUBE, CUBE_FACES[:, ::-1], r"inside out: reverse each of them, as in faces\[:, ::-1\]"),
         (FLAT, np.array([(0, 1, 2), (2, 1, 0)]), "encloses no volume"),
+        (CUBE * 1e-150, CUBE_FACES, "too small: its volume is below what a number holds"),
         (CUBE * 1e150, CUBE_FACES, "too large: its volume is beyond what a number holds"),
         (CUBE, CUBE_FACES + 1, "faces name vertices 1 to 8, but there are 8"),
         (CUBE, CUBE_FACES * 1.0, r"faces must be whole numbers of shape \(F, 3\), not float64 of shape \(12, 3\)"),

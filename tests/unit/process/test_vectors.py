@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from astroinertia.bodies import ellipsoid_gravity
-from astroinertia.inertia import gravity_field, pivoted, shapes, tensor
+from astroinertia.bodies import bar_analysis, ellipsoid_gravity
+from astroinertia.inertia import gravity_field, jointed, pivoted, shapes, tensor
 from astroinertia.process.vectors import require_components
 from astroinertia.rotation import attitude, frame_dragging, settling
 
@@ -45,3 +45,16 @@ def test_components_are_counted_of_lists_arrays_and_what_is_traced():
 def test_a_number_in_place_of_a_vector_is_refused(call):
     with pytest.raises(ValueError, match=r"must have the shape \(..., [34]\)"):
         call()
+
+
+@pytest.mark.parametrize("size", [1e200, 1e-200])
+def test_axes_are_of_any_length(size):
+    axis, limb, trunk = size * np.array([0.3, 1.0, 0.2]), shapes.rod(2.0, 3.0), jointed.Limb(BOX)
+    made = [
+        lambda axis: pivoted.pendulum_length(limb, (0, 0, 1.5), axis),
+        lambda axis: bar_analysis.bar(np.diag([4.0, 1.0, 1.0]), np.zeros((3, 3)), axis)[:2],
+        lambda axis: frame_dragging.dragged_gyroscope([0.0, 0.0, 1e40], axis, 1e7),
+        lambda axis: jointed.posture([trunk, jointed.Limb(limb, axis=tuple(axis), parent=0)], [0.0, 0.3]).whole.inertia,
+    ]
+    for each in made:
+        np.testing.assert_allclose(each(axis), each(axis / size), rtol=1e-12)
