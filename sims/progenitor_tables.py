@@ -27,10 +27,11 @@ def shells() -> dict[str, np.ndarray]:
     radius = np.append(star.radius_enclosing(mass[:-1]), RADIUS)
     density = np.diff(mass, prepend=0.0) / (4 / 3 * np.pi * np.diff(radius**3, prepend=0.0))
     pressure = star.constant * density ** (1 + 1 / INDEX)
-    omega = 4.0 / (1.0 + (radius / 1e6) ** 2)
+    middle = np.cbrt(0.5 * (radius**3 + np.append(0.0, radius[:-1]) ** 3))
+    turning, of_edge = (4.0 / (1.0 + (at / 1e6) ** 2) for at in (middle, radius))
     return {
         "mass": mass, "radius": radius, "density": density, "pressure": pressure,
-        "energy": INDEX * pressure / density, "omega": omega,
+        "energy": INDEX * pressure / density, "omega": turning, "omega of edge": of_edge,
     }  # fmt: skip
 
 
@@ -44,8 +45,8 @@ def mesa(star: dict[str, np.ndarray]) -> str:
         "logRho": np.log10(star["density"] * 1e-3),
         "logP": np.log10(star["pressure"] * 10),
         "energy": star["energy"] * 1e4,
-        "omega": star["omega"],
-        "j_rot": 2 / 3 * star["omega"] * star["radius"] ** 2 * 1e4,
+        "omega": star["omega of edge"],
+        "j_rot": 2 / 3 * star["omega of edge"] * star["radius"] ** 2 * 1e4,
     }
 
     def line(words) -> str:

@@ -9,8 +9,9 @@ Three formats are recognized by what the file holds:
     CSV     names with units in the first line that is not a comment (#), or in the comment right before numbers, such
             as "radius (km), mass [Msun], omega (rad/s)"; rows either way round
 
-Radius and enclosed mass are those of the outer edge of a shell, as these codes have them; the density of a shell is its
-mass over its volume, and a column of densities is what that is checked against. Tests:
+Radius and enclosed mass are those of the outer edge of a shell, as these codes have them, and so are angular velocities
+of MESA and specific angular momenta; the density of a shell is its mass over its volume, and a column of densities is
+what that is checked against. Tests:
 tests/unit/sph/test_progenitor.py.
 """
 
@@ -48,8 +49,8 @@ MESA = {
     "logT": ("temperature", (1.0,)),
     "energy": ("internal_energy", 1e-4),
     "logE": ("internal_energy", (1e-4,)),
-    "omega": ("omega", 1.0),
-    "log_omega": ("omega", (1.0,)),
+    "omega": ("omega_of_edge", 1.0),
+    "log_omega": ("omega_of_edge", (1.0,)),
     "j_rot": ("specific_angular_momentum", 1e-4),
     "log_j_rot": ("specific_angular_momentum", (1e-4,)),
 }
@@ -326,9 +327,11 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     if pressure is None and "temperature" in columns and molecular_weight is not None:
         density = np.diff(mass, prepend=0.0) / volume
         pressure = density * BOLTZMANN_CONSTANT * columns["temperature"] / (molecular_weight * ATOMIC_MASS)
-    rotation = columns.get("omega")
-    if rotation is None and "specific_angular_momentum" in columns:
-        rotation = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over a shell
+    rotation, of_edge = columns.get("omega"), columns.get("omega_of_edge")
+    if of_edge is None and "specific_angular_momentum" in columns:
+        of_edge = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over a sphere
+    if rotation is None and of_edge is not None:
+        rotation = 0.5 * (of_edge + np.append(of_edge[:1], of_edge[:-1]))
     return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
 
 
