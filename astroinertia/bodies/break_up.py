@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.bar_limits import DYNAMICAL, SECULAR
-from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period, roche_shedding_period
+from astroinertia.bodies.neutron_star_fits import KEPLER_FACTORS, kepler_period
 from astroinertia.bodies.polytrope import lane_emden, polytrope_radius
 from astroinertia.bodies.rotating_star import RotatingStar, end_of_sequence, rotating_star, rotating_star_with
 from astroinertia.errors import NumericalError
@@ -85,11 +85,7 @@ def break_up(
         else:
             energy = 0.5 * np.asarray(moment_of_inertia) * (2 * math.pi / np.asarray(period, dtype=float)) ** 2
             ratio = energy / np.abs(gravitational_energy)
-    if shedding == "roche":
-        limit = roche_shedding_period(mass, radius, gravitational_constant)
-    else:
-        limit = orbit / shedding_share(shedding)
-    return BreakUp(orbit, limit, fraction, ratio)
+    return BreakUp(orbit, orbit / shedding_share(shedding), fraction, ratio)
 
 
 @with_quantities()

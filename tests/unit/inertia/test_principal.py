@@ -273,7 +273,7 @@ def test_derivatives_are_finite_everywhere(diagonal, derivatives):
 
 
 @pytest.mark.full
-def test_second_derivatives_of_the_moments():
+def test_second_derivatives_of_moments_and_axes():
     import jax
 
     change = np.array([[0.3, -0.2, 0.5], [-0.2, 0.7, 0.1], [0.5, 0.1, -0.4]])
@@ -288,6 +288,13 @@ def test_second_derivatives_of_the_moments():
             lone = 2 * (change[2, 0] ** 2 / (2.4 - moments[0]) + change[2, 1] ** 2 / (2.4 - moments[1]))
             assert found[2] == pytest.approx(lone, rel=1e-13)
             assert found.sum() == pytest.approx(0.0, abs=1e-13)  # the trace is linear
+
+        def turned(step):
+            return principal.principal_frame(np.diag(bodies[0]) + step * jax.numpy.asarray(change))[1]
+
+        turning = jax.jit(jax.jacfwd(turned))
+        differences = (turning(1e-5) - turning(-1e-5)) / 2e-5
+        np.testing.assert_allclose(jax.jit(jax.jacfwd(jax.jacfwd(turned)))(0.0), differences, atol=1e-8)
 
 
 @pytest.mark.slow

@@ -29,6 +29,19 @@ def of_pericentre(bodies: rebound.Simulation) -> float:
     return orbit.h**2 / (1.0 + orbit.e)
 
 
+def test_one_that_moves_outwards_comes_in_when_kepler_has_it() -> None:
+    a, e, f = 3.0, 0.9, 2.5
+    mean = [2.0 * math.atan(math.sqrt((1.0 - e) / (1.0 + e)) * math.tan(0.5 * f)), math.acos((1.0 - RADIUS / a) / e)]
+    out, back = (x - e * math.sin(x) for x in mean)
+    comes = math.sqrt(a**3) * (2.0 * math.pi - out - back)
+    bodies = rebound.Simulation()
+    bodies.add(m=0.7)
+    bodies.add(m=0.3, a=a, e=e, f=f)
+    at = states.masses(bodies), *states.present(bodies), RADIUS
+    assert np.isnan(pericentres_within(*at, comes * (1.0 - 1e-9))[0])
+    assert pericentres_within(*at, comes * (1.0 + 1e-9))[0] == pytest.approx(a * (1.0 - e), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     "orbit",
     [
