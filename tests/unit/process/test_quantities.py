@@ -246,7 +246,7 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
     [
         (lambda: sample(3 * u.km), InputError, "mass: must be a mass, not 3 km; write for example"),
         (lambda: sample("3"), InputTypeError, "mass of sample must be a number, not '3'."),
-        (lambda: sample("3 stone"), InputError, "mass: 'stone' is not a unit that is known here."),
+        (lambda: sample("3 talent"), InputError, "mass: 'talent' is not a unit that is known here."),
         (lambda: sample("heavy"), InputError, "mass: 'heavy' is not a number and a unit"),
         (lambda: sample(1.0, [1 * u.s, 2 * u.s]), InputError, "radius: must be a length, not 1 s"),
         (lambda: sample(1.0, np.ones(2) * u.s), InputError, "radius: must be a length, not an array in s"),

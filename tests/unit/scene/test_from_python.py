@@ -204,8 +204,8 @@ LOOP["rotation"] = LOOP
             "[body] mass: its unit is one of types; give an astropy Quantity.",
         ),
         (
-            with_value("body.mass", xr.DataArray(3.0, attrs={"units": "stone"})),
-            "[body] mass: its unit 'stone' is not known here.",
+            with_value("body.mass", xr.DataArray(3.0, attrs={"units": "talent"})),
+            "[body] mass: its unit 'talent' is not known here.",
         ),
     ],
 )  # fmt: skip
