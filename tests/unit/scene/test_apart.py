@@ -54,5 +54,5 @@ def test_what_the_scene_does_not_name_gives_way_with_that_reason(further, model,
 
 def test_what_the_scene_names_itself_is_refused_and_not_left_away():
     scene = chosen(LIVE + "[candidates.radiation_reaction]\n")
-    with pytest.raises(SceneError, match=r"radiation_reaction\. acts on the fluid alone"):
+    with pytest.raises(SceneError, match=r"radiation_reaction\] acts on the fluid alone"):
         refuse_contradictions(scene)
