@@ -543,8 +543,7 @@ class InertiaAccessor:
         return xr.Dataset({**variables, "residual": ((), fitted.residual, left)})
 
     def _unit(self, unit: str) -> str:
-        known = "mass" if "mass" in self.dataset else "inertia_tensor"
-        return "1" if unit_of(self._named(known)) == "1" else unit
+        return "1" if unit_of(self._named("mass" if "mass" in self.dataset else "inertia_tensor")) == "1" else unit
 
     def _values(self, name: str) -> np.ndarray:
         series = self._named(name)
