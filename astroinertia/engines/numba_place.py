@@ -7,6 +7,7 @@ tests/unit/engines/test_numba_place.py.
 
 import os
 from pathlib import Path
+from typing import Any
 
 from astroinertia.process.cache_directory import users_cache
 
@@ -15,8 +16,9 @@ PACKAGE = Path(__file__).parents[1]
 
 def give_a_place() -> None:
     """Have numba, once it is imported, write where generated modules are kept, if it may write nowhere else."""
-    from numba import config  # only here: this is called when numba is there
+    import numba  # only here: this is called when it is there
 
+    config: Any = numba.config
     if config.CACHE_DIR or _writable(PACKAGE / "__pycache__") or _writable(users_cache() / "numba"):
         return
     from astroinertia.engines.numba_cache import kernel_directory  # only here: most need it not

@@ -170,6 +170,7 @@ def advance(
             assert state.orbits is not None
             state = replace(state, orbits=flow(arguments, state.orbits, interval))
         if within is not None:
+            assert state.orbits is not None and state.entered is not None
             there = within(arguments, state.orbits.value) & ((index + 1) % count == 0)
             state = replace(state, entered=jnp.minimum(state.entered, jnp.where(there, before + interval, jnp.inf)))
         if kick is None:
