@@ -16,14 +16,14 @@ PACKAGE = Path(__file__).parents[1]
 
 def give_a_place() -> None:
     """Have numba, once it is imported, write where generated modules are kept, if it may write nowhere else."""
-    import numba  # only here: this is called when it is there
+    from numba.core import config  # only here: this is called when numba is there
 
-    config: Any = numba.config
-    if config.CACHE_DIR or _writable(PACKAGE / "__pycache__") or _writable(users_cache() / "numba"):
+    settings: Any = config  # which fills them in as it is imported
+    if settings.CACHE_DIR or _writable(PACKAGE / "__pycache__") or _writable(users_cache() / "numba"):
         return
     from astroinertia.engines.numba_cache import kernel_directory  # only here: most need it not
 
-    config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(kernel_directory())  # for workers of a sweep, too
+    settings.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(kernel_directory())  # for workers of a sweep, too
 
 
 def _writable(path: Path) -> bool:
