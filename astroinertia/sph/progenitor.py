@@ -329,7 +329,7 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
         pressure = density * BOLTZMANN_CONSTANT * columns["temperature"] / (molecular_weight * ATOMIC_MASS)
     rotation, of_edge = columns.get("omega"), columns.get("omega_of_edge")
     if of_edge is None and "specific_angular_momentum" in columns:
-        of_edge = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over a sphere
+        of_edge = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over the surface of a sphere
     if rotation is None and of_edge is not None:
         rotation = 0.5 * (of_edge + np.append(of_edge[:1], of_edge[:-1]))
     return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
