@@ -1,5 +1,6 @@
 """Sinks keep the ledger of what they accrete, and accrete what theory says."""
 
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -261,6 +262,48 @@ def test_a_sink_accretes_what_is_bound_to_it_and_can_come_down() -> None:
         sink, mass=np.array([1.0, 3.0]), position=np.array([[0.0, 0, 0], [1, 0, 0]]), velocity=np.zeros((2, 3))
     )
     assert accretion.bound_to(both, 1.0, place[:1], speed[:1]).tolist() == [1]
+
+
+def test_a_sink_forms_beside_denser_matter_that_does_not_collapse() -> None:
+    """What is too hot to become a sink, and denser than what collapses elsewhere, does not keep that from doing so."""
+    hot = BALL.replace("0.01", "1.0").replace("radius = 0.5", "radius = 0.2") + "position = [6.0, 0.0, 0.0]\n"
+    text = NAME + BALL + "position = [-6.0, 0.0, 0.0]\n" + hot + PHYSICS
+    text += "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nsoftening = 0.02\n"
+    body = prepared(text)
+    while not len(body.state.points["sinks"].mass) and body.time < 0.5:
+        beside, density = body.state.position[:, 0] > 0.0, body.state.rates.fluid.density
+        body.advance(0.5)
+    assert body.state.points["sinks"].position[:, 0] == pytest.approx([-6.0], abs=0.1)
+    assert density[beside].max() > 3.0 * density[~beside].max()
+    assert density[~beside].max() < 4.0 * 1.5
+
+
+def test_peaks_are_the_densest_within_the_radius() -> None:
+    random = np.random.default_rng(2)
+    place, density = random.normal(size=(300, 3)), random.permutation(300) + 1.0
+    near = np.linalg.norm(place[:, None] - place[None], axis=-1) <= 0.8
+    expected = np.flatnonzero(np.where(near, density, 0.0).max(axis=1) == density)
+    assert 5 < len(expected) < 100
+    assert list(accretion.peaks(density, place, 0.8)) == sorted(expected, key=lambda k: -density[k])
+
+
+def test_what_binds_many_particles_is_summed_in_little_memory() -> None:
+    """Points on a line, one apart, have n - d pairs at each distance d; two in one place do not count."""
+    count = 2000
+    place = np.zeros((count, 3))
+    place[:, 0] = np.arange(count)
+    steps = np.arange(1, count)
+    expected = ((count - steps) / steps).sum()
+    tracemalloc.start()
+    try:
+        found = accretion.binding_energy(np.ones(count), place)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert found == pytest.approx(expected, rel=1e-13)
+    assert peak < 0.5 * 8 * count**2
+    twice = accretion.binding_energy(np.array([1.0, 2.0, 3.0]), np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 2.0]]))
+    assert twice == pytest.approx(0.5 * (3.0 + 6.0))
 
 
 def test_each_condition_of_collapse_counts() -> None:

@@ -5,10 +5,13 @@ from the fluid to the sinks, their spins included, to round-off; energy that is 
 within the sinks. Checked by tests/physics/test_sinks.py.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
@@ -27,6 +30,7 @@ from astroinertia.sph.kernels import KERNELS
 Array = Any
 INNER = 0.1  # of the radius: what is this near is accreted, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
 FEWEST = 8  # particles that still are a fluid
+ROWS = 256  # of particles whose distances to all others are held at a time
 
 
 def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
@@ -77,20 +81,41 @@ def collapses(mass: Array, position: Array, velocity: Array, acceleration: Array
     heat: of each particle, 3/2 P/rho. With energies of heat T, rotation R, all motion K and gravity W of the particles
     alone, T <= |W|/2, T + R <= |W| and T + K < |W|.
     """
+    from_first = position - position[0]
+    converging = mass @ ((velocity - velocity[0]) * from_first).sum(axis=1) < 0.0
+    drawn = mass @ ((acceleration - acceleration[0]) * from_first).sum(axis=1) < 0.0
+    if not (converging and drawn):
+        return False
     whole_mass = mass.sum()
     x, v = position - mass @ position / whole_mass, velocity - mass @ velocity / whole_mass
-    distance = np.sqrt(((position[:, None] - position[None]) ** 2).sum(axis=-1))
-    np.fill_diagonal(distance, np.inf)
-    gravity = 0.5 * (mass[:, None] * mass[None] / np.maximum(distance, 1e-300)).sum()
+    gravity = binding_energy(mass, position)
     spin = (mass[:, None] * np.cross(x, v)).sum(axis=0)
     inertia = inertia_from_second_moment((mass[:, None] * x).T @ x)
     rotation = 0.5 * float(spin @ angular_velocity(inertia, spin))
     thermal, motion = mass @ heat, 0.5 * mass @ (v**2).sum(axis=1)
-    from_first = position - position[0]
-    converging = mass @ ((velocity - velocity[0]) * from_first).sum(axis=1) < 0.0
-    drawn = mass @ ((acceleration - acceleration[0]) * from_first).sum(axis=1) < 0.0
-    energies = thermal <= 0.5 * gravity and thermal + rotation <= gravity and thermal + motion < gravity
-    return bool(converging and drawn and energies)
+    return bool(thermal <= 0.5 * gravity and thermal + rotation <= gravity and thermal + motion < gravity)
+
+
+def binding_energy(mass: Array, position: Array) -> float:
+    """The sum of m m'/d over all pairs of particles (n,), (n, 3), without those in one place."""
+    total = 0.0
+    for start in range(0, len(mass), ROWS):
+        distance = cdist(position[start : start + ROWS], position)
+        distance[distance == 0.0] = np.inf
+        total += 0.5 * float(mass[start : start + ROWS] @ ((1.0 / distance) @ mass))
+    return total
+
+
+def peaks(density: Array, position: Array, radius: float) -> Iterator[int]:
+    """Which particles (N,), (N, 3) are the densest of all within the radius around them, the densest first."""
+    order = np.argsort(-density, kind="stable")
+    tree, left = KDTree(position[order]), np.ones(len(order), bool)
+    for rank, particle in enumerate(order):
+        if left[rank]:
+            near = np.array(tree.query_ball_point(position[particle], radius))
+            left[near] = False  # this one is denser
+            if near.min() == rank:
+                yield int(particle)
 
 
 def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
@@ -100,23 +125,26 @@ def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
 
 
 def _new_sink(problem: Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
-    """The particles that become a sink: those within the radius of the densest one, if it is dense enough and alone."""
+    """The particles that become a sink: those within the radius of a peak of density, the densest that collapses."""
     fluid = state.rates.fluid
-    densest = int(np.argmax(fluid.density))
-    if not fluid.density[densest] > effect.density:
+    dense = np.flatnonzero(fluid.density > effect.density)
+    if not len(dense):
         return None
-    if KERNELS[problem.kernel].support * state.smoothing_length[densest] > effect.radius:
-        return None  # its neighbours would not all be within
-    near = np.sqrt(((sinks.position - state.position[densest]) ** 2).sum(axis=1))
-    if (near < 2.0 * effect.radius).any():
-        return None
-    distance = np.sqrt(((state.position - state.position[densest]) ** 2).sum(axis=1))
-    inside = np.flatnonzero(distance < effect.radius)
-    inside = np.concatenate([[densest], inside[inside != densest]])
     acceleration = total_acceleration(np, state.rates, state.velocity)
     heat = 1.5 * fluid.pressure / fluid.density
-    chosen = (array[inside] for array in (state.mass, state.position, state.velocity, acceleration, heat))
-    return inside if collapses(*chosen) else None
+    for number in peaks(fluid.density[dense], state.position[dense], float(effect.radius)):
+        peak = dense[number]
+        if KERNELS[problem.kernel].support * state.smoothing_length[peak] > effect.radius:
+            continue  # its neighbours would not all be within
+        if (((sinks.position - state.position[peak]) ** 2).sum(axis=1) < (2.0 * effect.radius) ** 2).any():
+            continue
+        distance = np.sqrt(((state.position - state.position[peak]) ** 2).sum(axis=1))
+        inside = np.flatnonzero(distance < effect.radius)
+        inside = np.concatenate([[peak], inside[inside != peak]])
+        chosen = (array[inside] for array in (state.mass, state.position, state.velocity, acceleration, heat))
+        if collapses(*chosen):
+            return inside
+    return None
 
 
 def _point(state: State, chosen: Array) -> tuple[Array, Array, Array, Array]:
