@@ -8,9 +8,9 @@ import numpy as np
 from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.measure import Found, Measure, Options, tidal_change, within_all
+from astroinertia.effects.passes import time_beside
 from astroinertia.gravity.point_masses import (
     attraction,
-    orbital_time,
     potential_energy,
     reaction,
     tidal_attraction,
@@ -84,8 +84,9 @@ class Companions(Effect):
         return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.points(fluid))
 
     def timestep(self, xp, fluid):
-        """The orbital time scale of each particle about the companion that it is shortest for, or of two companions."""
-        times = orbital_time(xp, fluid.position, *self.points(fluid))
+        """The time beside the companions of each particle (effects.passes), or the orbital time of two companions."""
+        mass, place, softening = self.points(fluid)
+        times = time_beside(xp, fluid, mass, place, fluid.points[self.kind].velocity, softening)
         if self.motion == "orbit":
             return times
         return xp.minimum(times, fluid.points[self.kind].meeting_time(xp, fluid.point_masses))

@@ -10,6 +10,7 @@ from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.effect import affine_moments, moments
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
+from astroinertia.effects.passes import time_beside
 from astroinertia.units import Option, positive
 
 
@@ -112,13 +113,18 @@ class ExternalField(Effect):
         return tensor
 
     def timestep(self, xp, fluid):
-        """The shortest of the times over which the fields turn a free particle: 1/frequency."""
+        """The shortest of the times over which the fields turn a free particle (1/frequency), or it passes the mass."""
         squared_frequencies = [xp.max(weight) for weight in self.central_weights(xp, self.separation(xp, fluid))]
         if self.quadratic is not None:
             squared_frequencies.append(xp.sqrt(xp.sum(xp.asarray(self.quadratic) ** 2)))
         if not squared_frequencies:
             return None
-        return 1.0 / xp.sqrt(xp.max(xp.stack(squared_frequencies)) + 1e-60)
+        turning = 1.0 / xp.sqrt(xp.max(xp.stack(squared_frequencies)) + 1e-60)
+        if self.point_mass is None:
+            return turning
+        mass, place = xp.asarray(self.point_mass).reshape(1), xp.asarray(self.origin)[None]
+        beside = time_beside(xp, fluid, mass, place, xp.zeros((1, 3)), self.softening**2)
+        return xp.minimum(turning, xp.min(beside))
 
     def affine_potential(self, body):
         """M Phi(centre) + 1/2 Q : (the second derivatives of Phi there); exact where Phi is quadratic."""

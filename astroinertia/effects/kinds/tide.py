@@ -12,9 +12,9 @@ from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.effect import affine_moments
 from astroinertia.effects.entries import AXIS
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
+from astroinertia.effects.passes import time_beside
 from astroinertia.gravity.point_masses import (
     attraction,
-    orbital_time,
     potential_energy,
     tidal_attraction,
     tidal_energy,
@@ -85,6 +85,19 @@ class Tide(Effect):
         sideways = xp.sin(anomaly) * (1.0 - e * e) ** 0.5
         return ((xp.cos(anomaly) - e) * pericentre + sideways * across) / (1.0 - e)
 
+    def velocity(self, xp, fluid):
+        """dX/dt at the fluid's time, (3,): (mu/p)^(1/2) (-sin f, e + cos f) with the true anomaly f, p = q (1 + e)."""
+        pericentre = xp.asarray(self.position)
+        if not self.potential_moves:
+            return xp.zeros(3)
+        normal, place, e = xp.asarray(self.normal), self.place(xp, fluid), self.eccentricity
+        nearest, distance = xp.sqrt(xp.sum(pericentre**2)), xp.sqrt(xp.sum(place**2))
+        along = pericentre / nearest
+        across = xp.cross(normal / xp.sqrt(xp.sum(normal**2)), along)
+        strength = self.mass if self.period is None else (2.0 * math.pi / self.period) ** 2 * (nearest / (1.0 - e)) ** 3
+        forward = (e + xp.sum(place * along) / distance) * across - xp.sum(place * across) / distance * along
+        return (strength / (nearest * (1.0 + e))) ** 0.5 * forward
+
     def point(self, xp, fluid):
         """Its mass (1,), its place (1, 3), and the square of its softening."""
         return xp.asarray(self.mass).reshape(1), self.place(xp, fluid)[None], self.softening**2
@@ -104,8 +117,9 @@ class Tide(Effect):
         return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.point(xp, fluid))
 
     def timestep(self, xp, fluid):
-        """The orbital time scale of the nearest particle about the perturber."""
-        return xp.min(orbital_time(xp, fluid.position, *self.point(xp, fluid)))
+        """The shortest time of a particle beside the perturber (effects.passes)."""
+        mass, place, softening = self.point(xp, fluid)
+        return xp.min(time_beside(xp, fluid, mass, place, self.velocity(xp, fluid)[None], softening))
 
     @property
     def potential_moves(self):

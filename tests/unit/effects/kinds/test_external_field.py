@@ -57,3 +57,12 @@ def test_the_potential_of_the_logarithmic_field_is_the_same_in_any_unit() -> Non
     at_the_core = catalogue.build("external_field", {"circular_speed": 1.4, "core": 1.0})
     found = at_the_core.potential_energy(np, SimpleNamespace(position=np.array([[1.0, 0.0, 0.0]]), mass=np.ones(1)))
     assert math.isclose(found, 0.98 * math.log(2.0), rel_tol=1e-14)
+
+
+def test_what_flies_past_the_point_mass_takes_steps_that_resolve_it() -> None:
+    """The time of the pass, distance over speed; and the orbital time of what does not fly, (d^3/M)^(1/2)."""
+    effect = catalogue.build("external_field", {"point_mass": 2.0, "softening": 4.0, "origin": (1.0, 0.0, 0.0)})
+    for speed, expected in ((50.0, 5.0 / 50.0), (0.0, math.sqrt(125.0 / 2.0))):
+        fluid = at([[4.0, 0.0, 0.0]], velocity=[[0.0, speed, 0.0]])
+        fluid.sound_speed = np.zeros(1)
+        assert math.isclose(effect.timestep(np, fluid), expected, rel_tol=1e-12)

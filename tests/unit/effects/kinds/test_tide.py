@@ -64,3 +64,21 @@ def test_the_tidal_force_is_the_direct_one_less_that_on_the_origin() -> None:
     wanted = -2.0 * separation / ((separation**2).sum(axis=1) + 0.04)[:, None] ** 1.5
     assert np.allclose(direct.acceleration(np, at(position)), wanted, rtol=1e-14)
     assert np.allclose(tidal, wanted - direct.acceleration(np, at(np.zeros((1, 3)))), rtol=1e-13, atol=1e-14)
+
+
+def test_the_velocity_of_the_perturber_is_the_rate_of_its_place() -> None:
+    """On an ellipse, a parabola and a hyperbola, by the difference quotient of sixth order; at rest it is none."""
+    position, normal, dt = (0.3, 2.0, -0.1), (2.0, 0.0, 6.0), 1e-2
+    orbits = (
+        {"period": 7.0, "eccentricity": 0.6, "mean_anomaly": 0.4},
+        {"pericentre_time": 0.5, "eccentricity": 1.0},
+        {"pericentre_time": 0.5, "eccentricity": 3.0},
+    )
+    for orbit in orbits:
+        tide = catalogue.build("tide", {"mass": 1.7, "position": position, "normal": normal, **orbit})
+        for time in (-3.0, 0.5, 1.9):
+            places = [tide.place(np, SimpleNamespace(time=time + k * dt)) for k in range(-3, 4)]
+            weights = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / (60.0 * dt)
+            assert np.allclose(tide.velocity(np, SimpleNamespace(time=time)), weights @ places, rtol=0, atol=1e-9)
+    still = catalogue.build("tide", {"mass": 1.7, "position": position})
+    assert not still.velocity(np, SimpleNamespace(time=1.0)).any()

@@ -1,0 +1,97 @@
+"""Time steps beside point masses that pass: none steps over a pass that matters, and a weak one costs nothing."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from astroinertia.effects import catalogue
+from astroinertia.effects.passes import UNNOTICED, time_beside
+from tests.evolve import prepared, reached
+
+COURANT = 0.3
+
+
+def beside(away: Any, velocity: Any, mass: float, sound_speed: float = 0.0, softening: float = 0.0) -> float:
+    """The time of a particle at rest at the origin beside one point."""
+    still = SimpleNamespace(
+        position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), sound_speed=np.array([float(sound_speed)])
+    )
+    points = np.array([mass]), np.array([away], dtype=float), np.array([velocity], dtype=float)
+    return float(time_beside(np, still, *points, softening**2)[0])
+
+
+def test_a_fast_pass_takes_the_distance_over_the_speed_and_a_slow_one_the_orbital_time() -> None:
+    assert beside([3.0, 4.0, 0.0], [0.0, 0.0, 50.0], mass=2.0) == pytest.approx(0.1, rel=1e-14)
+    assert beside([3.0, 0.0, 0.0], [0.0, 0.0, 50.0], mass=2.0, softening=4.0) == pytest.approx(0.1, rel=1e-14)
+    orbital = np.sqrt(125.0 / 2.0)
+    assert beside([3.0, 4.0, 0.0], [0.0, 0.1, 0.0], mass=2.0) == pytest.approx(orbital, rel=1e-14)
+    assert beside([3.0, 4.0, 0.0], [0.0, 0.0, 0.0], mass=2.0) == pytest.approx(orbital, rel=1e-14)
+    assert beside([3.0, 4.0, 0.0], [0.0, 0.0, 0.0], mass=0.0) > 1e20
+
+
+@pytest.mark.parametrize("mass", [1e-2, 1.0, 1e2])
+@pytest.mark.parametrize("start", [-31.0, -3.7, -0.2])
+def test_steps_past_a_point_give_the_impulse_of_the_impulse_approximation(mass: float, start: float) -> None:
+    """2M/(b w), Binney & Tremaine 2008, eq. 1.30, and its part along the path, or to UNNOTICED of the sound speed."""
+    speed, impact = 1e3, 0.1
+    for sound_speed in (0.0, 1.0):
+        at, gained = start, np.zeros(3)
+        while at < 40.0:
+            span = COURANT * beside([at, impact, 0.0], [speed, 0.0, 0.0], mass, sound_speed)
+            span = min(span, 0.5)  # what all else allows: 500 in length
+            for there in (at, at + speed * span):
+                away = np.array([there, impact, 0.0])
+                gained += 0.5 * span * mass * away / np.linalg.norm(away) ** 3
+            at += speed * span
+        ends = [np.array([x, impact, 0.0]) for x in (start, at)]
+        across = np.diff([x[0] / np.linalg.norm(x) for x in ends])[0] * mass / (impact * speed)
+        forward = -np.diff([1.0 / np.linalg.norm(x) for x in ends])[0] * mass / speed
+        error = np.abs(gained - np.array([forward, across, 0.0])).max()
+        assert error <= max(0.02 * 2.0 * mass / (impact * speed), 2.0 * UNNOTICED * sound_speed)
+
+
+def test_a_pass_that_nothing_notices_costs_no_steps() -> None:
+    """A point of 1e-6 that flies through gas whose sound speed is 1: its kicks are far below that."""
+    assert beside([0.0, 0.5, 0.0], [100.0, 0.0, 0.0], mass=1e-6, sound_speed=1.0) > 1.0
+
+
+STAR = """
+name = "passed"
+units = "code"
+[body]
+kind = "polytrope"
+index = 1.5
+particles = 60
+mass = 1.0
+radius = 1.0
+relax = false
+[equation_of_state]
+kind = "ideal"
+gamma = 1.6666666666666667
+[effects.gravity]
+[effects.pressure]
+[time]
+end = 0.4
+"""
+
+
+@pytest.mark.parametrize("scheme", ["global", "individual"])
+def test_a_star_that_a_perturber_passes_at_ten_times_the_speed_of_an_orbit_gets_its_impulse(scheme: str) -> None:
+    """The perturber's own orbit turns by as much: the attraction of the origin is minus its acceleration."""
+    options = {"mass": 3e4, "position": (0.0, 10.0, 0.0), "eccentricity": 100.0, "pericentre_time": 0.2}
+    listed = 'frame = "direct"\n' + "\n".join(
+        f"{name} = {list(value) if isinstance(value, tuple) else value}" for name, value in options.items()
+    )
+    body = prepared(STAR + f"[effects.tide]\n{listed}\n", f"numerics.timesteps={scheme}")
+    first, last = reached(body, 0.4)
+    tide, dt = catalogue.build("tide", options), 1e-6
+    speeds = [
+        (tide.place(np, SimpleNamespace(time=t + dt)) - tide.place(np, SimpleNamespace(time=t - dt))) / (2.0 * dt)
+        for t in (0.0, 0.4)
+    ]
+    expected = speeds[0] - speeds[1]
+    assert np.linalg.norm(expected) > 5.0  # five times the speed of its sound
+    error = np.linalg.norm(last["momentum"] - first["momentum"] - expected)
+    assert error <= 0.03 * np.linalg.norm(expected)
