@@ -18,6 +18,7 @@ from astroinertia.build.spheres import Sphere, progenitor, stretched
 from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
 from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES, Counts
+from astroinertia.costs.fields import fields
 from astroinertia.costs.limits import Limits, Matter, length, limits
 from astroinertia.costs.shells import Shells
 from astroinertia.effects.one_zone import motion
@@ -138,7 +139,8 @@ class Course(NamedTuple):
             signal = sound * math.sqrt(entropy) * size ** (-1.5 * (zone.gamma - 1.0))
             if zone.pressure > 0.0:  # which the signals are of
                 signal = signal + abs(speed) / size * support * length(scene, whole, density)
-            found.append(Matter(time, start.mass, density, signal, zone.frequency**2 * start.radius / size**2))
+            pulled = zone.frequency**2 * start.radius / size**2
+            found.append(Matter(time, start.mass, density, signal, pulled, size * start.radius))
         return found
 
 
@@ -161,6 +163,8 @@ def similar(scene: Scene, start: Shells, end: float) -> Course | None:
             times, sizes, entropy = *grown, np.ones_like(grown[0])
         sizes = np.minimum(sizes, FARTHEST)
         return Course(times, sizes, np.gradient(sizes, times), entropy)
+    if start.field is not None and zone.pressure > 0.0:
+        return None  # whose pull goes with the size otherwise than gravity's
     path = motion(zone, end)
     falls = path.size.min() <= SHAKEN or (zone.gamma < STABLE and path.size[-1] < 1.0)
     if zone.pressure > 0.0 and falls:
@@ -205,7 +209,8 @@ def _moving(scene: Scene, start: Shells, moments: list[shells.Moment]) -> list[M
             if viscosity["switch"] == "none":
                 alpha = np.full_like(of_length, viscosity["alpha_max"])
         signal, time = shells.signals(moment, reach, viscosity, alpha), moment.time
-        found.append(Matter(time, start.mass[-left:], moment.density, signal, np.abs(moment.acceleration)))
+        pulled = np.abs(moment.acceleration)
+        found.append(Matter(time, start.mass[-left:], moment.density, signal, pulled, moment.radius))
     return found
 
 
@@ -256,8 +261,13 @@ def at_start(scene: Scene) -> Shells | None:
         mass, radius, shells.in_balance(mass, radius), gamma, pieces, thermal, turning, sink, None, weight, growth
     )
     if "pressure" not in scene.effects:
-        return replace(found, pressure=np.zeros_like(mass))
-    return replace(found, pressure=_pressure(scene, initial, found, places), further=further_pressure(scene))
+        found = replace(found, pressure=np.zeros_like(mass))
+    else:
+        found = replace(found, pressure=_pressure(scene, initial, found, places), further=further_pressure(scene))
+    given, own = fields(scene), found.zone.frequency**2 * radius
+    if given is not None and (np.abs(given.inward(radius)) > IN_BALANCE * own).any():
+        return replace(found, field=given.inward)
+    return found
 
 
 def _pressure(scene: Scene, initial: Sphere, balanced: Shells, places: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.costs.fields import Fields, fields
 from astroinertia.effects import catalogue
 from astroinertia.scene.dimensional import options_in_code_units
 from astroinertia.scene.plan import code_units, smoothing, softening
@@ -19,13 +20,16 @@ STILL = 1e-30  # a signal, below which nothing is
 
 @dataclass(frozen=True)
 class Matter:
-    """Parts (K,) of a body at one time, in code units: mass, density, fastest signal, and acceleration."""
+    """Parts (K,) of a body at one time, in code units: mass, density, fastest signal, acceleration, and radius, which
+    is None where parts are not spherical.
+    """
 
     time: float
     mass: np.ndarray
     density: np.ndarray
     signal: np.ndarray
     acceleration: np.ndarray | float = 0.0
+    radius: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,8 @@ def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
         for kind, options in scene.effects.items()
         if scene.entries[kind].made.limited_by_density
     ]
-    each = [_allowed(scene, effects, whole, matter) for matter in course]
+    given = fields(scene)
+    each = [_allowed(scene, effects, given, whole, matter) for matter in course]
     shortest = (np.minimum.reduce([*of.values()]) for of in each)
     found = np.transpose([_quantiles(of, matter.mass) for of, matter in zip(shortest, course, strict=True)])
     first = {name: float(of.min()) for name, of in each[0].items()}
@@ -71,14 +76,23 @@ def length(scene: Scene, whole: float, density: np.ndarray) -> np.ndarray:
     return smoothing(scene)[0] * (whole / body.placed(scene, body.particles) / density) ** (1.0 / 3.0)
 
 
-def _allowed(scene: Scene, effects: Sequence[Any], whole: float, matter: Matter) -> dict[str, np.ndarray]:
+def _allowed(
+    scene: Scene, effects: Sequence[Any], given: Fields | None, whole: float, matter: Matter
+) -> dict[str, np.ndarray]:  # fmt: skip
     """The longest step (K,) of each part of a body of that mass, by its criteria."""
     numerics, of_length = scene.numerics, length(scene, whole, matter.density)
-    found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(matter.acceleration, LEAST))}
+    acceleration, of_fields = matter.acceleration, {}
+    if given is not None and matter.radius is not None:
+        acceleration = acceleration + given.bulk(matter.radius)
+        particle = whole / scene.body.placed(scene, scene.particles)
+        nearest = matter.radius[0] * (0.5 * particle / matter.mass[0]) ** (1.0 / 3.0)  # to the centre: half is within
+        asked = given.timesteps(np.append(matter.radius, nearest)).items()
+        of_fields = {kind: np.full_like(of_length, numerics.courant * float(limit)) for kind, limit in asked}
+    found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(acceleration, LEAST))}
     if "pressure" in scene.effects:
         found["pressure"] = numerics.courant * of_length / np.maximum(matter.signal, STILL)
     fluid = SimpleNamespace(mass=matter.mass, density=matter.density, smoothing_length=of_length)
-    return found | {effect.kind: numerics.courant * effect.timestep(np, fluid) for effect in effects}
+    return found | of_fields | {effect.kind: numerics.courant * effect.timestep(np, fluid) for effect in effects}
 
 
 def _quantiles(of_parts: np.ndarray, mass: np.ndarray) -> np.ndarray:

@@ -33,7 +33,8 @@ class Shells:
     gamma: exponent of the pressure at first; pieces: densities, rising, and the exponents above each; thermal: exponent
     of heat from shocks, None where matter is not heated. turning (K,): square of the specific angular momentum. sink:
     density from which on what comes within a radius is gone. further: what effects add to the pressure at densities.
-    weight: of all, over that by Newton's gravity. expansion: the rate at which all grow.
+    weight: of all, over that by Newton's gravity. expansion: the rate at which all grow. field: what given fields pull
+    inwards at radii.
     """
 
     mass: np.ndarray
@@ -47,6 +48,7 @@ class Shells:
     further: Callable[[np.ndarray], np.ndarray] | None = None
     weight: float = 1.0
     expansion: float = 0.0
+    field: Callable[[np.ndarray], np.ndarray] | None = None
 
     @property
     def density(self) -> np.ndarray:
@@ -65,6 +67,8 @@ class Shells:
         carried, edges = _carried(self.mass), self.radius
         second = float(carried @ edges**2)
         weight = self.weight * float(carried @ (np.cumsum(self.mass) / edges))
+        if self.field is not None:
+            weight += float(carried @ (self.field(edges) * edges))
         turning = float(carried @ (self.turning / edges**2))
         triple, gamma = self._triple_pressure(1.0), self.gamma
         if self.further is not None or self.density.max() > min((dense for dense, _ in self.pieces), default=math.inf):
@@ -122,6 +126,8 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         total = pressure + viscous
         push = 4.0 * math.pi * edges**2 * (total - np.append(total[1:], 0.0)) / carried
         acceleration = push - weighs[-len(mass) :] / edges**2 + shells.turning / edges**3
+        if shells.field is not None:
+            acceleration = acceleration - shells.field(edges)
         if step % EVERY == 0 or time >= end:
             moments.append(Moment(time, density, sound, edges, speed, acceleration))
         if time >= end:

@@ -39,6 +39,8 @@ class ParticleParts:
     """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
     limited_by_density: ClassVar[bool] = False
     """Its time step follows from options, density and smoothing length alone, so that it is known before a run."""
+    follows_place: ClassVar[bool] = False
+    """Its acceleration and its time step follow from options and places alone, so that they are known before a run."""
 
     @property
     def needs_zeta(self) -> bool:

@@ -37,6 +37,7 @@ class ExternalField(Effect):
 
     kind: ClassVar[str] = "external_field"
     external: ClassVar[bool] = True
+    follows_place: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
