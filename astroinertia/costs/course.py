@@ -140,7 +140,7 @@ class Course(NamedTuple):
             if zone.pressure > 0.0:  # which the signals are of
                 signal = signal + abs(speed) / size * support * length(scene, whole, density)
             pulled = zone.frequency**2 * start.radius / size**2
-            found.append(Matter(time, start.mass, density, signal, pulled, size * start.radius))
+            found.append(Matter(time, start.mass, density, signal, pulled, size * start.radius, speed * start.radius))
         return found
 
 
@@ -210,7 +210,7 @@ def _moving(scene: Scene, start: Shells, moments: list[shells.Moment]) -> list[M
                 alpha = np.full_like(of_length, viscosity["alpha_max"])
         signal, time = shells.signals(moment, reach, viscosity, alpha), moment.time
         pulled = np.abs(moment.acceleration)
-        found.append(Matter(time, start.mass[-left:], moment.density, signal, pulled, moment.radius))
+        found.append(Matter(time, start.mass[-left:], moment.density, signal, pulled, moment.radius, moment.speed))
     return found
 
 

@@ -1,4 +1,4 @@
-"""What given fields do to a body, at six points of each of its spheres: they follow from options and place alone.
+"""What given fields do to a body, at six points of each of its spheres.
 
 Six points on the axes have the mean over a sphere exactly where a field is linear in place, or central. Tests:
 tests/unit/costs/test_fields.py.
@@ -20,10 +20,11 @@ AXES = np.concatenate([np.eye(3), -np.eye(3)])
 
 @dataclass(frozen=True)
 class Fields:
-    """Effects that follow from place, on a body whose centre is at `centre` (3,), in code units."""
+    """Effects that follow from place, on a body with that centre (3,) and velocity (3,) of it, in code units."""
 
     effects: tuple[Any, ...]
     centre: np.ndarray
+    velocity: np.ndarray
 
     def inward(self, radius: np.ndarray) -> np.ndarray:
         """The mean acceleration towards the centre (K,) over spheres of those radii (K,)."""
@@ -33,17 +34,22 @@ class Fields:
         """The size of the mean acceleration (K,) over spheres of those radii (K,): what carries them along."""
         return np.linalg.norm(self._acceleration(radius).mean(axis=1), axis=1)
 
-    def timesteps(self, radius: np.ndarray) -> dict[str, np.ndarray]:
-        """The time steps that the effects ask for, where they ask for one, by their kinds."""
-        asked = {effect.kind: effect.timestep(np, self._fluid(radius)) for effect in self.effects}
-        return {kind: limit for kind, limit in asked.items() if limit is not None}
+    def timesteps(self, radius: np.ndarray, speed: np.ndarray, sound: np.ndarray) -> dict[str, float]:
+        """The time steps that the effects ask for, where they ask for one, by their kinds: of spheres (K,) that grow at
+        that speed, with that speed of sound.
+        """
+        place = self._places(radius)
+        velocity = (self.velocity + speed[:, None, None] * AXES).reshape(-1, 3)
+        fluid = SimpleNamespace(position=place, velocity=velocity, sound_speed=np.repeat(sound, len(AXES)))
+        asked = {effect.kind: effect.timestep(np, fluid) for effect in self.effects}
+        return {kind: float(limit) for kind, limit in asked.items() if limit is not None}
 
     def _acceleration(self, radius: np.ndarray) -> np.ndarray:
-        fluid = self._fluid(radius)
+        fluid = SimpleNamespace(position=self._places(radius))
         return np.sum([effect.acceleration(np, fluid) for effect in self.effects], axis=0).reshape(-1, len(AXES), 3)
 
-    def _fluid(self, radius: np.ndarray) -> Any:
-        return SimpleNamespace(position=(self.centre + radius[:, None, None] * AXES).reshape(-1, 3))
+    def _places(self, radius: np.ndarray) -> np.ndarray:
+        return (self.centre + radius[:, None, None] * AXES).reshape(-1, 3)
 
 
 def fields(scene: Scene) -> Fields | None:
@@ -54,5 +60,8 @@ def fields(scene: Scene) -> Fields | None:
         for kind, options in scene.effects.items()
         if scene.entries[kind].made.follows_place
     )
-    centre = units.to_code(np.asarray(getattr(body, "position", None) or (0.0, 0.0, 0.0)), "length")
-    return Fields(found, np.asarray(centre)) if found else None
+    centre, velocity = (
+        np.asarray(units.to_code(np.asarray(getattr(body, name, None) or (0.0, 0.0, 0.0)), dimension))
+        for name, dimension in (("position", "length"), ("velocity", "velocity"))
+    )
+    return Fields(found, centre, velocity) if found else None

@@ -20,8 +20,8 @@ STILL = 1e-30  # a signal, below which nothing is
 
 @dataclass(frozen=True)
 class Matter:
-    """Parts (K,) of a body at one time, in code units: mass, density, fastest signal, acceleration, and radius, which
-    is None where parts are not spherical.
+    """Parts (K,) of a body at one time, in code units: mass, density, fastest signal, acceleration, and of spherical
+    ones the outer radius, which is None of others, and the speed at which that grows.
     """
 
     time: float
@@ -30,6 +30,7 @@ class Matter:
     signal: np.ndarray
     acceleration: np.ndarray | float = 0.0
     radius: np.ndarray | None = None
+    speed: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,11 @@ def _allowed(
     if given is not None and matter.radius is not None:
         acceleration = acceleration + given.bulk(matter.radius)
         particle = whole / scene.body.placed(scene, scene.particles)
-        nearest = matter.radius[0] * (0.5 * particle / matter.mass[0]) ** (1.0 / 3.0)  # to the centre: half is within
-        asked = given.timesteps(np.append(matter.radius, nearest)).items()
-        of_fields = {kind: np.full_like(of_length, numerics.courant * float(limit)) for kind, limit in asked}
+        nearer = (0.5 * particle / matter.mass[0]) ** (1.0 / 3.0)  # than the innermost edge: half of one is within
+        speed, sound = np.full_like(of_length, matter.speed), np.append(matter.signal, matter.signal[0])
+        outwards = (np.append(edge, nearer * edge[0]) for edge in (matter.radius, speed))
+        asked = given.timesteps(*outwards, sound).items()
+        of_fields = {kind: np.full_like(of_length, numerics.courant * limit) for kind, limit in asked}
     found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(acceleration, LEAST))}
     if "pressure" in scene.effects:
         found["pressure"] = numerics.courant * of_length / np.maximum(matter.signal, STILL)

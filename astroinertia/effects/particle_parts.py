@@ -40,7 +40,7 @@ class ParticleParts:
     limited_by_density: ClassVar[bool] = False
     """Its time step follows from options, density and smoothing length alone, so that it is known before a run."""
     follows_place: ClassVar[bool] = False
-    """Its acceleration and its time step follow from options and places alone, so that they are known before a run."""
+    """Its acceleration follows from options and places alone, its time step from these and the speeds there."""
 
     @property
     def needs_zeta(self) -> bool:

@@ -48,7 +48,7 @@ def test_a_field_pulls_spheres_inwards_as_its_mean_over_them(field, inward):
 def test_a_field_that_is_alike_everywhere_carries_all_along():
     given = fields(scene("uniform = [0, 3, -4]"))
     assert given.bulk(RADIUS) == pytest.approx([5.0, 5.0])
-    assert given.timesteps(RADIUS) == {}
+    assert given.timesteps(RADIUS, RADIUS, RADIUS) == {}
     assert fields(load.loads(CLOUD.replace(", external_field = {FIELD}", ""))) is None
 
 
