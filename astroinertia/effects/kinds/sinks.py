@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
-from astroinertia.gravity.point_masses import attraction, orbital_time, potential_energy, reaction, virial
+from astroinertia.effects.passes import time_beside
+from astroinertia.gravity.point_masses import attraction, potential_energy, reaction, virial
 from astroinertia.units import REQUIRED, Option, not_negative, positive
 
 
@@ -54,12 +55,13 @@ class Sinks(Effect):
         return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.points(fluid))
 
     def timestep(self, xp, fluid):
-        """The orbital time scale of each particle, but no longer than at the radius, or of two sinks."""
+        """The time of each particle beside the sinks (effects.passes), or an orbit at their radius or of two sinks."""
         sinks = fluid.points[self.kind]
         if not len(sinks.mass):
             return None
         fall = xp.sqrt(self.radius**3 / xp.max(sinks.mass))
-        times = xp.minimum(orbital_time(xp, fluid.position, *self.points(fluid)), fall)
+        mass, place, softening = self.points(fluid)
+        times = xp.minimum(time_beside(xp, fluid, mass, place, sinks.velocity, softening), fall)
         return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses))
 
     def recorded(self, state):

@@ -8,6 +8,7 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.effects.passes import UNNOTICED, time_beside
+from astroinertia.gravity.point_masses import PointMasses
 from tests.evolve import prepared, reached
 
 COURANT = 0.3
@@ -95,3 +96,14 @@ def test_a_star_that_a_perturber_passes_at_ten_times_the_speed_of_an_orbit_gets_
     assert np.linalg.norm(expected) > 5.0  # five times the speed of its sound
     error = np.linalg.norm(last["momentum"] - first["momentum"] - expected)
     assert error <= 0.03 * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize("kind", ["companions", "sinks"])
+def test_the_steps_beside_points_that_move_with_the_fluid_are_by_their_speed_relative_to_it(kind: str) -> None:
+    points = PointMasses(np.array([2.0]), np.array([[3.0, 4.0, 0.0]]), np.array([[7.0, 0.0, 50.0]]), np.zeros(()))
+    options = {"companions": {"motion": "live", "frame": "direct"}, "sinks": {"density": 1.0, "radius": 100.0}}
+    fluid = SimpleNamespace(
+        position=np.zeros((1, 3)), velocity=np.array([[7.0, 0.0, 0.0]]), sound_speed=np.zeros(1),
+        points={kind: points}, point_masses=[points],
+    )  # fmt: skip
+    assert catalogue.build(kind, options[kind]).timestep(np, fluid) == pytest.approx([0.1], rel=1e-14)
