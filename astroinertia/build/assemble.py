@@ -201,7 +201,7 @@ def refuse_contradictions(scene: Scene) -> None:
     refuse_in_turning_frame(scene, effects)
     if scene.model == "sph":
         if scene.equation_of_state is not None and scene.equation_of_state.barotropic:
-            refuse_without_heat(effects)
+            refuse_without_heat(scene, effects)
         companions.refuse_with_particles(scene, effects)
         sinks.refuse_before_particles(scene, units, effects)
 

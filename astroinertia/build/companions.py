@@ -152,13 +152,15 @@ def refuse_with_particles(scene: Scene, effects: Sequence[Any]) -> None:
             raise SceneError("[[companions]] act on particles by [effects.companions], which the scene does not list.")
         return
     if not scene.companions and scene.orbits.archive is None:
-        raise SceneError("[effects.companions] needs [[companions]] (or [orbits] archive).")
+        raise SceneError(f"{scene.where_listed('companions')} needs [[companions]] (or [orbits] archive).")
     if scene.orbits.back_reaction:
         raise SceneError('[orbits] back_reaction is of a rigid body; particles act back with motion = "live".')
     if effect.motion == "orbit":
         return
     if scene.orbits.archive is not None:
-        raise SceneError('[effects.companions] motion = "live" begins with [[companions]], not with [orbits] archive.')
+        raise SceneError(
+            f'{scene.where_listed("companions")} motion = "live" begins with [[companions]], not with [orbits] archive.'
+        )
     refuse_fields(scene, "live companions")
 
 
@@ -166,4 +168,4 @@ def refuse_fields(scene: Scene, what: str) -> None:
     """SceneError where a scene lists what would have to act on moving point masses, too."""
     for kind in scene.effects:
         if why := beside_points(kind, what):
-            raise SceneError(f"[effects.{kind}] {why}.")
+            raise SceneError(f"{scene.where_listed(kind)} {why}.")

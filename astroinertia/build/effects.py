@@ -33,7 +33,7 @@ def effects_of(scene: Scene, units: CodeUnits, particles: int | None = None) -> 
                     effect = catalogue.build(kind, options, scene.entries).in_units(units)
                 built.append(in_matter(effect, scene, units))
             except ValueError as error:
-                raise SceneError(f"[effects.{kind}] {error}") from None
+                raise SceneError(f"{scene.where_listed(kind)} {error}") from None
             if kind in scene.own:
                 from astroinertia.effects.own_terms import refuse_wrong_terms  # only here: what is built in is right
 
@@ -48,18 +48,20 @@ def refuse_in_turning_frame(scene: Scene, effects: tuple[Any, ...]) -> None:
         return
     for effect in effects:
         if why := in_frame(effect, frame):
-            raise SceneError(f"[effects.{effect.kind}] {why}.")
+            raise SceneError(f"{scene.where_listed(effect.kind)} {why}.")
     for name, region in scene.regions.items():
         if region.bound:
             raise SceneError(f"[regions.{name}] bound is judged in inertial axes, so it cannot be with {frame}.")
 
 
-def refuse_without_heat(effects: tuple[Any, ...]) -> None:
+def refuse_without_heat(scene: Scene, effects: tuple[Any, ...]) -> None:
     """SceneError where an effect of matter whose pressure follows from the density alone changes its heat."""
     for effect in effects:
         if "exchange" in vars(type(effect)):
-            raise SceneError(f"[effects.{effect.kind}] needs matter that can be warm, an ideal or hybrid gas.")
+            raise SceneError(
+                f"{scene.where_listed(effect.kind)} needs matter that can be warm, an ideal or hybrid gas."
+            )
         if effect.needs_heat:
             raise SceneError(
-                f"[effects.{effect.kind}] as it is set needs matter that can be warm, an ideal or hybrid gas."
+                f"{scene.where_listed(effect.kind)} as it is set needs matter that can be warm, an ideal or hybrid gas."
             )

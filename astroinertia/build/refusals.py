@@ -39,8 +39,8 @@ def refuse_impossible(scene: Scene) -> None:
     _refuse_lost_twice(scene)
     if scene.bodies and "relativistic_potential" in scene.effects:
         raise SceneError(
-            "[effects.relativistic_potential] is the mean of relativity's gravity over spheres about the centre of "
-            "mass of all: it is for one [body], and not for [[bodies]]."
+            f"{scene.where_listed('relativistic_potential')} is the mean of relativity's gravity over spheres about "
+            "the centre of mass of all: it is for one [body], and not for [[bodies]]."
         )
     if scene.output.error_bars and scene.model == "scaling":
         raise SceneError("the model scaling has no error bars: its answers are closed forms.")
@@ -193,20 +193,20 @@ def _refuse_lost_twice(scene: Scene) -> None:
     fluid: Any = scene.equation_of_state
     if fluid is None or "deleptonisation" not in scene.effects:
         return
-    begun = scene.effects["deleptonisation"]["electron_fraction"]
+    listed, begun = scene.where_listed("deleptonisation"), scene.effects["deleptonisation"]["electron_fraction"]
     for material in fluid.materials if fluid.kind == "materials" else ():
         own = material.electron_fraction
         if own is None or abs(own - begun) > _ROUNDED:
             has = "states none" if own is None else f"has {own:g}"
             raise SceneError(
-                f"[effects.deleptonisation] takes electrons from matter with an electron_fraction of {begun:g}, and "
+                f"{listed} takes electrons from matter with an electron_fraction of {begun:g}, and "
                 f"the material {material.name} {has}: both must be the same."
             )
     key = _COLD_EXPONENTS.get(fluid.kind)
     if key and fluid.first_gamma < 4.0 / 3.0 - _ROUNDED:
         raise SceneError(
             f"[equation_of_state] {key} of {fluid.first_gamma:.4g} stands for electrons that are captured, which "
-            f'[effects.deleptonisation] takes away itself: set {key} = "4/3", or leave the effect away.'
+            f'{listed} takes away itself: set {key} = "4/3", or leave the effect away.'
         )
 
 

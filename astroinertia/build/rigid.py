@@ -133,7 +133,9 @@ def _refuse_together(scene: Scene, effects: Sequence[Any], deformable: Sequence[
         raise SceneError(f"[body.change] prescribes the size, so the effect {other} cannot be listed with it.")
     if pivots and (deformable or scene.companions):
         other = "companions" if scene.companions else deformable[0].kind
-        raise SceneError(f"[effects.pivot] holds a point of the body at rest, so there can be no {other} with it.")
+        raise SceneError(
+            f"{scene.where_listed('pivot')} holds a point of the body at rest, so there can be no {other} with it."
+        )
     for effect in effects:
         if deformable and hasattr(effect, "function"):
             raise SceneError(

@@ -37,11 +37,12 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
     effect = _effect(effects)
     if effect is None:
         return
+    listed = scene.where_listed("sinks")
     if scene.numerics.engine == "xla":
-        raise SceneError("[effects.sinks] needs the engine numba_cpu: programs of xla keep the number of particles.")
+        raise SceneError(f"{listed} needs the engine numba_cpu: programs of xla keep the number of particles.")
     refuse_fields(scene, "sinks")
     if "companions" in scene.effects and (why := beside_sinks(scene.effects["companions"])):
-        raise SceneError(f"[effects.companions] {why}.")
+        raise SceneError(f"{scene.where_listed('companions')} {why}.")
     length = next((each.fixed_length for each in effects if each.fixed_length is not None), None)
     far = "with that softening of gravity"
     if length is None:
@@ -51,7 +52,7 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
     reach = KERNELS[scene.numerics.kernel].support * length
     if reach > effect.radius:
         raise SceneError(
-            f"[effects.sinks] radius must be at least {reach / effect.radius:.3g} times as large: "
+            f"{listed} radius must be at least {reach / effect.radius:.3g} times as large: "
             f"kernels reach that far {far}."
         )
 

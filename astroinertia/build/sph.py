@@ -187,7 +187,7 @@ def problem_of(scene: Scene, units: CodeUnits, count: int | None = None) -> tupl
     effects = effects_of(scene, units, scene.particles or count)
     matter = equation_of_state(scene, units, initial)
     if not matter.thermal:
-        refuse_without_heat(effects)
+        refuse_without_heat(scene, effects)
     if getattr(matter, "standards", None) is not None:
         effects = tuple(_of_volumes(effect) for effect in effects)
     problem = Problem(

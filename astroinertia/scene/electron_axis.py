@@ -24,7 +24,9 @@ def in_matter(effect: Any, scene: Scene, units: CodeUnits) -> Any:
         return effect
     tables = [material for material in fluid.materials if material.electron_fraction is not None]
     if len(tables) > 1:
-        raise SceneError(f"[effects.{effect.kind}] follows the electrons of one material, not of {len(tables)}.")
+        raise SceneError(
+            f"{scene.where_listed(effect.kind)} follows the electrons of one material, not of {len(tables)}."
+        )
     if not tables:
         return effect
     axis = _axis(file_of_scene(scene.origin, str(tables[0].file)), tables[0].reference_density, fractions)

@@ -306,6 +306,12 @@ class Scene(Part, metaclass=_Called):
             *(Outside("observables", kind, entry, self.observables[kind]) for kind, entry in self.observed.items()),
         )
 
+    def where_listed(self, kind: str) -> str:
+        """The table that the user listed an effect by, for messages; by its kind where "auto" has chosen it alone."""
+        if kind in self.candidates:
+            return f"[candidates.{kind}]"
+        return f"the effect {kind}" if kind in self.reasons else f"[effects.{kind}]"
+
     @property
     def dimensionless(self) -> bool:
         """Whether the scene is in code units, with G = 1 and no conversion at either end."""

@@ -86,3 +86,15 @@ def test_particles_of_a_table_that_do_not_fit_into_a_sink_are_refused_before_a_r
     refuse_contradictions(loads(table, [f"effects.sinks.radius={1.001 * reach}"], str(tmp_path)))
     with pytest.raises(SceneError, match="radius must be at least 1 times as large"):
         refuse_contradictions(loads(table, [f"effects.sinks.radius={0.999 * reach}"], str(tmp_path)))
+
+
+def test_candidates_that_contradict_are_refused_as_the_scene_lists_them() -> None:
+    """And what "auto" has chosen by itself, which no table lists, by its name."""
+    automatic = CLOUD.replace("[effects.gravity]\n[effects.pressure]\n", "")
+    automatic = automatic.replace("[body]", 'effects = "auto"\naccuracy = 1e-9\nsettings = "given"\n[body]', 1)
+    both = (SINKS + TIDE + "softening = 0.1\n").replace("[effects.", "[candidates.").replace("10.0", "1e-3")
+    with pytest.raises(SceneError, match=r"^\[candidates\.tide\] acts on the fluid alone"):
+        refuse_contradictions(loads(automatic + both.replace("0.6", "2.0")))
+    scene = loads(automatic)
+    assert [scene.where_listed(kind) for kind in ("gravity", "sinks")] == ["the effect gravity", "[effects.sinks]"]
+    assert loads(CLOUD).where_listed("gravity") == "[effects.gravity]"
