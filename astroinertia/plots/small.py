@@ -1,5 +1,8 @@
-"""A picture that is smaller than it was drawn: its type, lines and margins shrink with it."""
+"""A picture that is smaller than it was drawn: its lines and margins shrink with it, and its type as far as it must."""
 
+import itertools
+import warnings
+from collections.abc import Iterator
 from typing import Any
 
 import matplotlib
@@ -17,15 +20,18 @@ from matplotlib.transforms import Affine2D
 
 from astroinertia.plots.style import STYLE, styled
 
-SMALLEST_TYPE = 5.0  # points; smaller type is hardly read in print
+READABLE = (6.0, 5.5, 5.0, 4.5)  # points, the best first: journals ask for 6 in print
 TITLE = float(STYLE["axes.titlesize"])
+_PLACES = ("original", "active")  # of a panel, before and after its aspect is seen to
+_TOUCH = 2.0  # pixels by which the boxes of two texts may overlap: less than the room around their letters
 
 
 def resize(figure: Figure, size: tuple[float, float]) -> float:
     """Give a figure another size, in inches; what is measured in points shrinks with it, and does not grow.
 
     Returns the share by which that shrinks: the smaller of those of width and height, so that all text has its room.
-    Small print is lifted towards 5 points. Test: tests/unit/plots/test_small.py.
+    Type below 6 points stays as near to that as keeps all text apart, titles in several lines where it must be, and no
+    smaller than the titles of the panels, shrunk. Test: tests/unit/plots/test_small.py.
 
     >>> figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     >>> axes = figure.subplots()
@@ -42,9 +48,62 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
     engine: Any = figure.get_layout_engine()
     engine.set(**{name: share * engine.get()[name] for name in ("h_pad", "w_pad")})
     with styled():
-        for artist in figure.findobj():
+        artists = figure.findobj()
+        sizes = [(artist, artist.get_fontsize()) for artist in artists if isinstance(artist, Text)]
+        axes = [(artist, _tick_sizes(artist)) for artist in artists if isinstance(artist, Axis)]
+        for artist in artists:
             _shrink(artist, share)
+        panels: list[Any] = figure.axes
+        places = [(panel, which, panel.get_position(which == "original")) for panel in panels for which in _PLACES]
+        for least in (*READABLE, 0.0):
+            for text, own in sizes:
+                text.set_fontsize(_type_size(own, share, least))
+            for axis, ticks in axes:
+                for which, own in ticks.items():
+                    axis.set_tick_params(which, labelsize=_type_size(own, share, least))
+            for panel in panels:
+                panel._left_title.set_wrap(least > 0.0)
+            fits = not least or _is_legible(figure)
+            for panel, which, place in places:  # a layout begins where the one before it has left the panels
+                panel._set_position(place, which)
+            if fits:
+                break
     return share
+
+
+def _is_legible(figure: Figure) -> bool:
+    """Whether no text leaves the page or lies on another, and no legend lies on a curve."""
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", "constrained_layout not applied")  # no room for the panels at all
+            figure.draw_without_rendering()
+    except UserWarning:
+        return False
+    page, boxes = figure.bbox, [text.get_window_extent() for text in _shown(figure)]
+    if any(box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1 for box in boxes):
+        return False
+    for one, other in itertools.combinations(boxes, 2):
+        across, upward = min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0)
+        if min(across, upward) > _TOUCH:
+            return False
+    for panel in figure.axes:
+        legend = panel.get_legend()
+        for line in panel.lines if legend else ():
+            path = line.get_path().transformed(line.get_transform()).cleaned(remove_nans=True)
+            if len(path) > 3 and path.intersects_bbox(legend.get_window_extent(), filled=False):
+                return False
+    return True
+
+
+def _shown(figure: Figure) -> Iterator[Text]:
+    """All text that is drawn: of tick labels those within the limits of their axis."""
+    axes: Any = figure.findobj(Axis)
+    drawn = {id(label) for axis in axes for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+    ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
+    left_out = {id(label) for tick in ticks for label in (tick.label1, tick.label2)} - drawn
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_visible() and text.get_text().strip() and id(text) not in left_out:
+            yield text
 
 
 def _shrink(artist: Artist, share: float) -> None:
@@ -54,7 +113,6 @@ def _shrink(artist: Artist, share: float) -> None:
     elif isinstance(artist, Axis):
         _shrink_axis(thing, share)
     elif isinstance(artist, Text):
-        thing.set_fontsize(_type_size(thing.get_fontsize(), share))
         if isinstance(artist, Annotation) and thing.anncoords == "offset points":
             thing.xyann = tuple(share * length for length in thing.xyann)
     elif isinstance(artist, Line2D):
@@ -75,9 +133,16 @@ def _shrink(artist: Artist, share: float) -> None:
             _shrink_box(box, share)
 
 
-def _type_size(size: float, share: float) -> float:
-    """Small print is lifted towards 5 points, at most to the type of the panels' titles, which fill their width."""
-    return min(size, max(share * size, min(SMALLEST_TYPE, share * TITLE)))
+def _type_size(size: float, share: float, least: float) -> float:
+    """The size of type, at least that of the panels' titles as they shrink to below the smallest that is readable."""
+    return min(size, max(share * size, least, min(READABLE[-1], share * TITLE)))
+
+
+def _tick_sizes(axis: Any) -> dict[str, float]:
+    """The type of an axis's labels, by which ticks they are at."""
+    style: Any = matplotlib.rcParams
+    usual = style[f"{axis.axis_name}tick.labelsize"]
+    return {which: axis.get_tick_params(which).get("labelsize", usual) for which in ("major", "minor")}
 
 
 def _shrink_axis(axis: Any, share: float) -> None:
@@ -89,10 +154,7 @@ def _shrink_axis(axis: Any, share: float) -> None:
         lengths = {"length": "size", "width": "width", "pad": "pad"}
         found = {key: known.get(key, style[f"{name}.{which}.{rc}"]) for key, rc in lengths.items()}
         found["grid_linewidth"] = known.get("grid_linewidth", style["grid.linewidth"])
-        size = known.get("labelsize", style[f"{name}.labelsize"])
-        axis.set_tick_params(
-            which, labelsize=_type_size(size, share), **{key: share * value for key, value in found.items()}
-        )
+        axis.set_tick_params(which, **{key: share * value for key, value in found.items()})
 
 
 def _shrink_box(box: Any, share: float) -> None:
