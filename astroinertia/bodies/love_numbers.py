@@ -326,7 +326,10 @@ def _solved(planet: YieldingBody, n: int, frequency: float, load: bool) -> tuple
             start = np.full(1, 1e-8 * layer.outer)  # of the rates, which differ from the centre's by x^2 or x
             rates = _rates(layer, n, start)[0] * (layer.scale[:, None] / layer.scale)
             _, irregular, count = schur(rates.T, sort="lhp")  # type: ignore[misc]  # exponents below 0
-            system.add([(column, irregular[:, :count].T @ inner)])
+            singular = irregular[:, :count].T
+            # Tide and answer together are regular at the centre; the tide is so by itself in a solid, not in a fluid.
+            of_tide = np.zeros(count) if layer.solid else singular @ tide * layer.outer ** (n - 1)
+            system.add([(column, singular @ inner)], list(-of_tide))
         else:
             system.add(*_joined(below, (layer, column, inner), n))
         below = (layer, column, np.kron(unit, np.ones(layer.nodes + 1)))

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies import clairaut
 from astroinertia.bodies.earth import elastic_prem, prem, prem_shear_quality
-from astroinertia.bodies.layered import constant_layers
+from astroinertia.bodies.layered import constant_layers, linear_layers
 from astroinertia.bodies.love_numbers import YieldingBody, interior, love_numbers, seismic_body, yielding_body
 from astroinertia.errors import SceneError
 from astroinertia.matter.rheology import absorption_band, andrade, burgers, dissipation, kelvin_voigt, maxwell
@@ -242,6 +242,17 @@ def test_seismic_moon_and_mars_at_the_periods_of_their_tides():
                 assert (abs(found.h.real - 0.0387) < 0.0050) == (exponent >= 0.3)  # two errors
             else:
                 assert (abs(found.k.real - 0.174) < 0.008) == (exponent >= 0.3)
+
+
+@pytest.mark.parametrize("degree", [2, 11, 40, 200])
+def test_fluids_of_one_layer_at_any_degree(degree):
+    """A homogeneous one in closed form, 3/(2 (l - 1)), and one that is denser inside by Clairaut's equation."""
+    uniform = love_numbers(yielding_body(SPHERE, [0.0]), degree)
+    assert uniform.k == pytest.approx(1.5 / (degree - 1), rel=1e-13)
+    assert uniform.h == pytest.approx(1 + uniform.k, rel=1e-13)
+    condensed = linear_layers([RADIUS], [2 * DENSITY], [0.5 * DENSITY], G)
+    exact = float(clairaut.love_number(condensed, degree, steps=20))
+    assert love_numbers(yielding_body(condensed, [0.0]), degree).k == pytest.approx(exact, rel=1e-8)
 
 
 def test_fluids_have_the_love_numbers_of_clairauts_equation():
