@@ -9,11 +9,14 @@ from astroinertia.effects.entries import Entry
 # What would move a point mass as it moves particles; the waves besides are those of all masses, and jump where one of
 # them is taken from the fluid.
 FIELDS = ("rotating_frame", "tide", "external_field", "radiation_reaction")
+# Relativity's weight is that of the fluid within each sphere: a star beside its companions has it, matter around sinks
+# would lack theirs.
+BESIDE = {"live companions": FIELDS, "sinks": (*FIELDS, "relativistic_potential")}
 
 
 def beside_points(kind: str, points: str) -> str:
     """Why an effect cannot be listed with point masses that move; empty where it can."""
-    return f"acts on the fluid alone, so it cannot be listed with {points}" if kind in FIELDS else ""
+    return f"acts on the fluid alone, so it cannot be listed with {points}" if kind in BESIDE[points] else ""
 
 
 def in_frame(effect: Any, frame: str) -> str:

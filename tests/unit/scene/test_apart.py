@@ -52,6 +52,14 @@ def test_what_the_scene_does_not_name_gives_way_with_that_reason(further, model,
     refuse_contradictions(scene)
 
 
+def test_relativity_weighs_the_fluid_alone_and_is_refused_beside_sinks():
+    """Around a black hole matter would feel the relativity of what is left of the star; one in a binary has its own."""
+    named = "[candidates.relativistic_potential]\n"
+    refuse_contradictions(chosen(LIVE + named))
+    with pytest.raises(SceneError, match=r"relativistic_potential\] acts on the fluid alone, .* with sinks"):
+        refuse_contradictions(chosen(SINKS + named))
+
+
 def test_what_the_scene_names_itself_is_refused_and_not_left_away():
     scene = chosen(LIVE + "[candidates.radiation_reaction]\n")
     with pytest.raises(SceneError, match=r"radiation_reaction\] acts on the fluid alone"):
