@@ -385,7 +385,8 @@ class InertiaAccessor:
         >>> print(list(ds.inertia.strain(0.0)))
         ['plus', 'cross']
         """
-        if self._unit("m") == "1":
+        gravity = arranged.gravitational_constant(self.dataset)
+        if gravity == 1.0:
             raise ValueError("the dataset is dimensionless: the speed of light has no value in it")
         self._must_be_inertial("the waves of a body")
         if "inertia_acceleration" in self.dataset:
@@ -394,7 +395,6 @@ class InertiaAccessor:
             virials = self._values("virial_tensor")
             had = np.isfinite(virials).any(axis=(0, 2, 3))  # rows of effects that the model skips are NaN
             acceleration = second_moment_acceleration(self._values("kinetic_tensor"), virials[:, had].sum(axis=1))
-        gravity = arranged.gravitational_constant(self.dataset)
         plus, cross = gravitational_wave_strain(acceleration, polar_angle, azimuth, gravitational_constant=gravity)
         names = {"plus": plus, "cross": cross}
         text = "gravitational-wave strain times distance"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import open as opened
+from astroinertia.dataset import open as opened, radii
 from astroinertia.dataset.by_member import source_of
 from astroinertia.dataset.snapshots import present
 from astroinertia.errors import AbsentError, ArchiveError
@@ -79,23 +79,24 @@ def run_fields(
         if not snapshots.sizes["snapshot_time"]:
             raise AbsentError("no snapshot was taken at the times of this dataset.")
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]
-    chosen = noted.get("zonal_harmonic_2", {}).get("radius", "equatorial_radius")
     if radius is None:
+        usual = radii.reference_radius(dataset) if "equatorial_radius" in dataset else "equatorial_radius"
+        chosen = noted.get("zonal_harmonic_2", {}).get("radius", usual)  # which xarray may have lost
         if chosen not in dataset:
             raise AbsentError(f"this dataset has no {chosen}, which its gravity field refers to; give a radius.")
         order = np.argsort(recorded)
-        radii = np.interp(times.values, recorded[order], dataset[chosen].values[order]).tolist()
+        sizes = np.interp(times.values, recorded[order], dataset[chosen].values[order]).tolist()
     else:
-        radii = [radius] * times.size
+        sizes = [radius] * times.size
     if snapshots is not None:
-        fields = [_of_snapshot(snapshots.isel(snapshot_time=k), degree, size) for k, size in enumerate(radii)]
+        fields = [_of_snapshot(snapshots.isel(snapshot_time=k), degree, size) for k, size in enumerate(sizes)]
         return times.variable, fields
     if degree > 2 * np.size(moments):
         raise ValueError(f"the gravity field of layers goes to degree {2 * np.size(moments)}, not {degree}")
     inertia = dataset["inertia_tensor"].transpose("time", "i", "j").values.astype(float)
     masses = dataset["mass"].values.tolist()
     means = np.append(1.0, moments)
-    return times.variable, [_of_layers(*each, degree, means) for each in zip(masses, inertia, radii, strict=True)]
+    return times.variable, [_of_layers(*each, degree, means) for each in zip(masses, inertia, sizes, strict=True)]
 
 
 def _of_member(dataset: xr.Dataset) -> Any:

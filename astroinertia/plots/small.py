@@ -49,8 +49,10 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
     engine.set(**{name: share * engine.get()[name] for name in ("h_pad", "w_pad")})
     with styled():
         artists = figure.findobj()
-        sizes = [(artist, artist.get_fontsize()) for artist in artists if isinstance(artist, Text)]
-        axes = [(artist, _tick_sizes(artist)) for artist in artists if isinstance(artist, Axis)]
+        sizes = [(artist, float(artist.get_fontsize())) for artist in artists if isinstance(artist, Text)]
+        axes: list[tuple[Any, dict[str, float]]] = [
+            (artist, _tick_sizes(artist)) for artist in artists if isinstance(artist, Axis)
+        ]
         for artist in artists:
             _shrink(artist, share)
         panels: list[Any] = figure.axes
@@ -87,7 +89,7 @@ def _is_legible(figure: Figure) -> bool:
         if min(across, upward) > _TOUCH:
             return False
     for panel in figure.axes:
-        legend = panel.get_legend()
+        legend: Any = panel.get_legend()
         for line in panel.lines if legend else ():
             path = line.get_path().transformed(line.get_transform()).cleaned(remove_nans=True)
             if len(path) > 3 and path.intersects_bbox(legend.get_window_extent(), filled=False):

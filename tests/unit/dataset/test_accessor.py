@@ -154,6 +154,7 @@ def test_times_in_another_unit_are_refused(ds: xr.Dataset) -> None:
         (lambda ds: ds.drop_vars("mean_radius").inertia.rotation_limits(), "this dataset has no 'mean_radius'"),
         (lambda ds: ds.drop_vars("mode_phase").inertia.pattern_speed(), "this dataset has no 'mode_phase'"),
         (lambda ds: ds.drop_attrs(deep=False).inertia.rotation_limits(), "this dataset has lost its attribute"),
+        (lambda ds: ds.drop_attrs().inertia.strain(0.0), "this dataset has lost its attribute gravitational_constant"),
         (lambda ds: ds.rename(i="axis").inertia, "inertia_tensor has no dimension i: components are along i and j"),
         (lambda ds: ds.assign_coords(n=("time", np.arange(ds.sizes["time"]))).swap_dims(time="n").inertia,
          "the times are along n; the accessor takes records along time"),
@@ -169,6 +170,8 @@ def test_what_a_dataset_has_lost_is_named(part: Any, sentence: str, ds: xr.Datas
     assert str(caught.value).startswith(sentence) and "\n" not in str(caught.value)
     bare = ds.drop_attrs().inertia
     assert bare.about_axis().attrs["units"] == bare.quadrupole.attrs["units"] == "1"
+    unnamed = ds.drop_attrs().assign_attrs(ds.attrs).inertia.strain(0.3)  # in SI, though no unit says so
+    np.testing.assert_array_equal(unnamed.plus, ds.inertia.strain(0.3).plus)
 
 
 def test_quantities_are_numbers_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:

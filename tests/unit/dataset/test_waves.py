@@ -58,6 +58,26 @@ def test_the_spectrum_holds_the_energy_and_peaks_at_twice_the_orbit():
     assert np.allclose(found.characteristic_strain, strain, rtol=1e-12)
 
 
+def test_a_sphere_that_pulsates_sends_no_waves():
+    """What is the same in all directions radiates nothing, alone or beside a binary: only the trace changes."""
+    times = np.linspace(0, 20 * np.pi / RATE, 641)
+    pulsation = 3e43 * np.cos(1.7 * RATE * times)[:, None, None] * np.eye(3)  # J; the binary's has 1e43
+    alone, both, bare = (
+        waves(times, part, GRAVITATIONAL_CONSTANT) for part in (pulsation, binary(times) + pulsation, binary(times))
+    )
+    assert alone.energy[-1] < 1e-20 * bare.energy[-1]
+    for found, known in zip(both, bare, strict=True):
+        np.testing.assert_allclose(found, known, rtol=1e-9, atol=1e-12 * abs(known).max())
+
+
+def test_the_spectrum_of_even_records_reaches_half_their_rate():
+    times = np.linspace(0, 20 * np.pi / RATE, 641)
+    found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
+    np.testing.assert_allclose(found.frequency, np.arange(321) / (641 * times[1]), rtol=1e-12)
+    four, three = (waves(times[:count], binary(times[:count]), GRAVITATIONAL_CONSTANT) for count in (4, 3))
+    assert np.isfinite(four.luminosity).all() and np.isnan(three.luminosity).all()
+
+
 def test_uneven_records_give_the_same_energy():
     random = np.random.default_rng(3)
     times = np.sort(random.uniform(0, 20 * np.pi / RATE, 1500))
