@@ -220,8 +220,9 @@ class _Arguments:
 
     def _real(self, name: str, value: Any) -> Any:
         """The value, a list of numbers as an array where one is meant; InputError where a quantity cannot be so."""
-        if name in self.numbers and _is_one_float(value):
-            return float(value)  # a number in single precision would round what it is multiplied with
+        if name in self.numbers and _is_one_number(value):
+            # A number in single precision would round what it is multiplied with.
+            value = int(value) if value.dtype.kind in "iu" else float(value)
         if isinstance(value, list | tuple) and (name in self.arrays or _is_physical(name)):
             try:
                 array = np.asarray(value)
@@ -257,10 +258,10 @@ class _Arguments:
             raise InputError(f"{name}: {error}") from None
 
 
-def _is_one_float(value: Any) -> bool:
+def _is_one_number(value: Any) -> bool:
     """Whether it is a number of another precision than float64, or one in an array without dimensions."""
     made = type(value)
-    return made in _OTHER_PRECISION or (made is np.ndarray and not value.ndim and value.dtype.kind == "f")
+    return made in _OTHER_PRECISION or (made is np.ndarray and not value.ndim and value.dtype.kind in "fiu")
 
 
 def _may_be_array(parameter: inspect.Parameter) -> bool:
@@ -447,12 +448,13 @@ def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
         return "a table (a dict)" if all(issubclass(kind, Mapping) for kind in listed) else "a list"
     named = all(isinstance(kind, type) and kind not in (Any, object, parameter.empty) for kind in kinds)
     physical = _is_physical(parameter.name)
-    if (named and _is_one_of(value, kinds)) or not (named or physical):
+    if (named and _is_one_of(value, (*kinds, float, int) if complex in kinds else kinds)) or not (named or physical):
         return None
     single = named and set(kinds) <= {float, int, NoneType} and np.ndim(value) > 0
     if (physical or float in kinds or int in kinds) and _is_numeric(value) and not single:
         return None
-    words = {float: "a number", int: "a whole number", str: "text", bool: "True or False", NoneType: "None"}
+    words = {int: "a whole number", str: "text", bool: "True or False", NoneType: "None"}
+    words |= dict.fromkeys((float, complex), "a number")
     return " or ".join(words.get(kind, f"a {kind.__name__}") for kind in kinds) if named else "a number or an array"
 
 

@@ -43,6 +43,7 @@ from astroinertia.rotation.ephemeris import ephemeris_of
 from astroinertia.rotation.glitches import glitch_size, least_superfluid_share
 from astroinertia.rotation.pulsars import frequency_braking_index
 from astroinertia.rotation.spin_orbit import capture_probability
+from astroinertia.rotation.wobble import wobble_and_nutation
 from astroinertia.units import DIMENSIONS as KNOWN, GRAVITATIONAL_CONSTANT
 from tests.unit import test_examples as examples
 
@@ -198,6 +199,10 @@ def sample(
     return mass + 0.0, radius, years, share, gravitational_constant, about
 
 
+def nutation(love_number: Any, core_share: Any) -> Any:
+    return wobble_and_nutation(1 / 304.5, 7.3e-5, love_number, 0.938, core_share)
+
+
 @with_quantities()
 def counted(count: int) -> Any:
     return range(count)
@@ -261,6 +266,8 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
         (lambda: sample(None), InputTypeError, "mass of sample must be a number, not None."),
         (lambda: sample({}, 2.0), InputTypeError, "mass of sample must be a number, not something of the type dict."),
         (lambda: sample(1.0, index="x"), InputTypeError, "index of sample must be a whole number, not 'x'."),
+        (lambda: nutation(0.3, None), InputTypeError, "core_share of wobble_and_nutation must be a number, not None."),
+        (lambda: nutation("x", 0.1), InputTypeError, "love_number of wobble_and_nutation must be a number, not some"),
         (lambda: counted(2.5), InputTypeError, "count of counted must be a whole number, not 2.5."),
         (lambda: counted(np.float64("nan")), InputTypeError, "count of counted must be a whole number, not"),
     ],
@@ -515,7 +522,7 @@ def test_masses_in_single_precision_have_moments_in_si() -> None:
 
 @pytest.mark.parametrize("call", [lane_emden, polytropic_limit, polytropic_matter])
 def test_an_index_in_an_array_of_one_is_a_number(call: Any) -> None:
-    assert call(np.array(1.5)) is call(1.5)
+    assert call(np.array(1.5)) is call(1.5) and call(np.array(1)) is call(1)
 
 
 @pytest.mark.parametrize("call", [maclaurin.from_angular_momentum, maclaurin.from_angular_velocity])
