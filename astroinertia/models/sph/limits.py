@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.effects.gradients import dot
 from astroinertia.engines.elementwise import added, by_numpy, elementwise
 from astroinertia.models.sph.compiled import compiled
 from astroinertia.models.sph.state import Problem, Rates
@@ -178,17 +179,12 @@ def meeting(
     """(gap + depth h)/w of two groups, infinite where they part."""
     apart = centre_i[0] - centre_j[0], centre_i[1] - centre_j[1], centre_i[2] - centre_j[2]
     moving = drift_i[0] - drift_j[0], drift_i[1] - drift_j[1], drift_i[2] - drift_j[2]
-    distance, speed = root(xp, product(xp, apart, apart)), root(xp, product(xp, moving, moving))
-    towards = xp.where(distance > 0.0, -product(xp, apart, moving) / xp.where(distance > 0.0, distance, 1.0), speed)
+    distance, speed = root(xp, dot(xp, apart, apart)), root(xp, dot(xp, moving, moving))
+    towards = xp.where(distance > 0.0, -dot(xp, apart, moving) / xp.where(distance > 0.0, distance, 1.0), speed)
     closing = towards + spread_i + spread_j
     reach = xp.maximum(h_i, h_j)
     gap = xp.maximum(distance - radius_i - radius_j - support * reach, 0.0)
     return (xp.where(closing > 0.0, (gap + depth * reach) / xp.where(closing > 0.0, closing, 1.0), xp.inf),)
-
-
-def product(xp, a, b):
-    """a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def size(xp, a):
