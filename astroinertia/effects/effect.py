@@ -15,8 +15,8 @@ from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
-from astroinertia.errors import AstroinertiaError, SceneError
-from astroinertia.inertia.tensor import namespace
+from astroinertia.errors import AstroinertiaError, NumericalError, SceneError
+from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.rotation.attitude import cross_matrix
 from astroinertia.units import CodeUnits, Option, failure
 
@@ -35,6 +35,7 @@ _SHAPES = {
     "rigid_virial": (3, 3), "affine_force": (3, 3), "affine_push": (3,), "affine_virial": (3, 3),
     "affine_potential": (), "affine_heating": (), "drag": (3, 3), "virial": (3, 3), "potential_energy": (),
 }  # fmt: skip
+_OF_PARTICLES = ("acceleration", "timestep", "exchange")
 _OF_EACH = ("timestep", "exchange")  # a number for each particle, or one for all; two of them for what is exchanged
 
 
@@ -67,19 +68,57 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
             raise SceneError(f"the part {name} of the effect '{kind}' failed ({failure(error)}).") from error
         if value is None:
             return value
-        if name in _OF_EACH:
-            many = np.shape(arguments[-1].mass)
-            if name == "exchange" and not (isinstance(value, tuple) and len(value) == 2):
-                raise SceneError(f"the effect '{kind}' {given} that is not a tuple of two, gain and decay.")
-            for shape in map(np.shape, value if name == "exchange" else (value,)):
-                if shape not in ((), many):
-                    raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {many}.")
-        needed = np.shape(arguments[-1].position) if name == "acceleration" else _SHAPES.get(name)
-        if needed is not None and (shape := np.shape(value)) != needed:
-            raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {needed}.")
-        return value
+        needed = _SHAPES.get(name)
+        if needed is None and name not in _OF_PARTICLES:
+            return value
+        if name == "exchange" and not (isinstance(value, tuple) and len(value) == 2):
+            raise SceneError(f"the effect '{kind}' {given} that is not a tuple of two, gain and decay.")
+        try:
+            numbers = [_real(each) for each in (value if name == "exchange" else (value,))]
+        except (TypeError, ValueError) as error:
+            raise SceneError(f"the effect '{kind}' {given} of {error}, not of real numbers.") from None
+        acted_on = arguments[-1]
+        needed = np.shape(acted_on.position) if name == "acceleration" else needed
+        allowed = [needed] if name not in _OF_EACH else [np.shape(acted_on.mass), ()]
+        for each in numbers:
+            if (shape := np.shape(each)) not in allowed:
+                raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {allowed[0]}.")
+        if name in _OF_PARTICLES and is_known(acted_on.time) and not _finite(name, numbers) and _is_well(acted_on):
+            raise NumericalError(
+                f"the effect '{kind}' {given} that is not finite", effect=kind, time=float(acted_on.time)
+            )
+        return tuple(numbers) if name == "exchange" else numbers[0]
 
     return checked
+
+
+def _real(value: Any) -> Any:
+    """A number, or an array of floating-point numbers, from these or lists of them.
+
+    TypeError, which names the type, for what is not real; ValueError for lists of different lengths.
+    """
+    if isinstance(value, list | tuple):
+        rows = [_real(row) for row in value]
+        xp = namespace(*rows)
+        if len({np.shape(row) for row in rows}) != 1:
+            raise ValueError("lists of different lengths")
+        value = xp.stack([xp.asarray(row) for row in rows])
+    dtype = np.dtype(getattr(value, "dtype", type(value)))
+    if dtype.kind not in "fiu":
+        raise TypeError(dtype.name)
+    return value.astype(float) if dtype.kind in "iu" and hasattr(value, "astype") else value
+
+
+def _finite(name: str, numbers: list[Any]) -> bool:
+    """Whether they can be gone on with; a time step may be infinite."""
+    if name == "timestep":
+        return not np.isnan(numbers[0]).any()
+    return all(np.isfinite(each).all() for each in numbers)
+
+
+def _is_well(fluid: Any) -> bool:
+    """Whether what an effect was given is finite, so that what is not is its own."""
+    return all(np.isfinite(array).all() for array in (fluid.position, fluid.velocity, fluid.internal_energy))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,14 @@ tests/unit/test_effects_door.py.
 """
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from types import FunctionType
 from typing import Any
 
 from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door
-from astroinertia.effects.effect import Effect
+from astroinertia.effects.effect import PARTS, Effect
 from astroinertia.effects.entries import Cost
 from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
@@ -30,6 +31,8 @@ def _besides(made: Any) -> dict[str, Any]:
     if not isinstance(made.size, Measure | None):
         raise ValueError("its `size` must be a Measure")
     having = [model for model, parts in _PARTS_OF.items() if _has(made, *parts)]
+    if not having and not _has(made, "further_pressure"):
+        raise ValueError(f"it has none of the parts of an effect, such as acceleration or torque{_misspelt(made)}")
     if having and (without := [model for model in made.models if model in _PARTS_OF and model not in having]):
         what = f"it has parts for {' and '.join(having)} and none for {without[0]}, which its `models` name"
         raise ValueError(f"{what}; say `models: ClassVar = {tuple(having)}`".replace("'", '"'))
@@ -38,6 +41,14 @@ def _besides(made: Any) -> dict[str, Any]:
         "gradients": (lambda options: True) if _has(made, "gradient_terms") else None,
         "presses": _has(made, "further_pressure"),
     }  # fmt: skip
+
+
+def _misspelt(made: Any) -> str:
+    """The first method of a class whose name is all but that of a part, in words; empty where there is none."""
+    for name in vars(made):
+        if near := get_close_matches(name, PARTS, n=1, cutoff=0.75):
+            return f" ({name} is not among them; did you mean '{near[0]}'?)"
+    return ""
 
 
 def _loop(made: Any) -> Cost:

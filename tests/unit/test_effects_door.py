@@ -241,6 +241,10 @@ class Other(Effect):
 
     kind: ClassVar[str] = "other"
 
+    def potential_energy(self, xp, fluid):
+        """None."""
+        return 0.0
+
 
 def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
     scene = loads(SCENE, ["time.end=0.2", "output.series_every=0.1"], effects=[Cohesion(), drag(k=K)])
