@@ -14,7 +14,9 @@ from astroinertia.engines.numba_parts import (
     ROUNDING,
     box_centre,
     columns_for,
+    extent,
     gather,
+    load_balls,
     load_row,
     target_box,
     whole_lines,
@@ -36,25 +38,6 @@ from astroinertia.engines.numba_vectors import (
 )
 
 # Copied into generated modules from here on.
-
-
-@njit(**PART)
-def extent(box, reach):
-    """Of a box and what is around it."""
-    square = 0.0
-    for a in range(3):
-        square += (box[1, a] - box[0, a]) * (box[1, a] - box[0, a])
-    return np.sqrt(square) + reach
-
-
-@njit(**PART)
-def load_balls(position, h, support, targets, first, last, centre, unit, balls):
-    """Rows: the places of targets[first:last] and the squares of their reaches."""
-    for t in range(first, last):
-        i = targets[t]
-        for a in range(3):
-            balls[a, t - first] = unit * (position[i, a] - centre[a])
-        balls[3, t - first] = (unit * support * h[i]) * (unit * support * h[i])
 
 
 @njit(**PART)

@@ -62,6 +62,13 @@ def all_pairs_functions(
     return needs, far_needs, [sources.text(), "", "", *loader("load_sources", needs, precision, needs.arrays), *loops]
 
 
+def within_functions(kernel: str, terms: Sequence[PairTerm], leaf: str) -> tuple[list[str], list[str]]:
+    """The rows of sources of a sum over those within reach, and the lines of its loop over a leaf, named `leaf`."""
+    needs, sources = _neighbour_needs(kernel, terms, False), Sources()
+    loop = leaf_loop(leaf, sources, terms, needs, "within", False)
+    return needs.rows, [sources.text(), "", "", *loop]
+
+
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, impulses: bool = False

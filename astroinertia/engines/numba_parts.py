@@ -38,6 +38,25 @@ BELOW = 32  # nodes that are looked at together where their common ancestor is i
 
 
 @njit(**PART)
+def extent(box, reach):
+    """Of a box and what is around it."""
+    square = 0.0
+    for a in range(3):
+        square += (box[1, a] - box[0, a]) * (box[1, a] - box[0, a])
+    return np.sqrt(square) + reach
+
+
+@njit(**PART)
+def load_balls(position, h, support, targets, first, last, centre, unit, balls):
+    """Rows: the places of targets[first:last] and the squares of their reaches."""
+    for t in range(first, last):
+        i = targets[t]
+        for a in range(3):
+            balls[a, t - first] = unit * (position[i, a] - centre[a])
+        balls[3, t - first] = (unit * support * h[i]) * (unit * support * h[i])
+
+
+@njit(**PART)
 def touched(nodes, factor, box, balls, ball_count, centre, unit, listed, count):
     """Keep those nodes listed[:count] whose particles may reach a box, or that a ball in it reaches, and say how many.
 

@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.numba_modules import within_functions
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
-from astroinertia.engines.together import ALONE, Alone
+from astroinertia.engines.together import ALONE, Alone, Part
 from astroinertia.gravity import tree as trees
 from astroinertia.gravity.clamped_points import CLAMP, SOFTENED_LESS_POINT
 from astroinertia.gravity.expansions import expansions, harmonic, indices, padded_moments
-from astroinertia.gravity.near_leaves import near_leaves
 from astroinertia.gravity.tree import MOST_LEVELS, Tree, tree
 from astroinertia.sph.kernels import KERNELS
 
@@ -27,6 +26,7 @@ FIRST_OPENING = 0.5  # the same where no accelerations are known yet
 SHEET = 2.0  # times M/s^2 of a node: what attracts like a sky full of such nodes
 ALIKE = 3.0  # times the tolerance of one node: that of all in one direction together
 LEAST = 1e-3  # times M/R^2 of the whole: no particle's tolerance is finer than for this acceleration
+GROUPED = 256  # particles of the nodes whose leaves share a list of leaves that are near enough for softening
 CLOSER = 4.0  # how much more accurate the evaluation is that accelerations are checked by
 CARRIED = 10_000  # particles up to which the program of steps makes that in float64, too: 13 s less to compile
 # By order of the expansions, the finest rms error that it is taken for, and (rms error, tolerance) as measured on
@@ -54,6 +54,19 @@ def _module(p: int, precision: str) -> ModuleType:
     return load_module(f"multipole_{p}", "\n".join(text))
 
 
+@functools.lru_cache(maxsize=32)
+def _softening(kernel: str, precision: str) -> ModuleType:
+    _, functions = within_functions(kernel, (SOFTENED_LESS_POINT,), "softened_leaf")
+    text = [
+        *header(precision),
+        template("gravity/compaction.py"),
+        f"SUPPORT = {float(KERNELS[kernel].support)}",
+        *functions,
+        template("gravity/softening.py"),
+    ]
+    return load_module(f"softening_{kernel}", "\n".join(text))
+
+
 def gravity(
     mass: Any,
     position: Any,
@@ -75,11 +88,7 @@ def gravity(
     the same bits for any number of threads and processes. Tested in tests/unit/gravity/test_multipole.py.
     """
     particles = _Particles(mass, position, smoothing_length, tree, precision, threads, together)
-    totals = particles.points(accuracy, strength)
-    if kernel is not None:
-        for total, more in zip(totals, particles.softening(kernel), strict=True):
-            total += more
-    return totals
+    return particles.points(accuracy, strength, kernel=kernel)
 
 
 def virial(
@@ -145,53 +154,47 @@ class _Particles:
         self.mass_scale = _power_of_two(1.0 / max(float(self.mass.sum()), 1e-300))
         self.units = self.scale**2 / self.mass_scale, self.scale / self.mass_scale  # of accelerations and potentials
 
-    def points(self, accuracy: float, strength: Any, order: int | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Acceleration and potential of clamped points, by expansions of an order or of the best."""
+    def points(
+        self, accuracy: float, strength: Any, order: int | None = None, kernel: str | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and potential by expansions of an order or of the best, softened by a kernel, or clamped."""
         order, tolerance = settings(accuracy, order)
         if strength is None:
             first, _ = self.sums(order, math.inf, FIRST_OPENING, None)
             strength = strengths(first)
-        return self.sums(order, tolerance, OPENING, strength)
+        return self.sums(order, tolerance, OPENING, strength, kernel)
 
-    def softening(self, kernel: str) -> tuple[np.ndarray, np.ndarray]:
-        """What softening changes about those."""
-        order, engine = self.nodes.order, Engine(self.precision, self.threads, together=self.together)
-        position = ((self.position - self.origin) * self.scale)[order]
-        length = (self.smoothing_length * self.scale)[order]
-        arrangement = near_leaves(self.nodes, position, length, float(KERNELS[kernel].support), self.threads)
-        fields = {"mass": (self.mass * self.mass_scale)[order], "position": position, "smoothing_length": length}
-        near = engine.neighbour_sums(arrangement, kernel, (SOFTENED_LESS_POINT,), fields)["gravity"]
-        acceleration, potential = np.empty((len(order), 3)), np.empty(len(order))
-        acceleration[order], potential[order] = near["acceleration"], near["potential"]
-        return acceleration * self.units[0], potential * self.units[1]
-
-    def sums(self, order: int, tolerance: float, theta: float, strength: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Acceleration and potential of clamped points by expansions of an order."""
+    def sums(
+        self, order: int, tolerance: float, theta: float, strength: Any, kernel: str | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Acceleration and potential by expansions of an order, softened by a kernel, or of clamped points."""
         module = _module(order, self.precision)
         real = np.float32 if self.precision == "mixed" else np.float64
         nodes, count = self.nodes, len(self.mass)
         weight = np.zeros(count)
         if strength is not None:  # one in balance must not ask for no error at all, nor one that is not known
             weight = 1.0 / np.square(np.fmax(np.asarray(strength) / self.units[0], LEAST))
-        x, y, z = np.zeros((3, count + 64))
+        x, y, z = columns = np.zeros((3, count + 64))
         m, clamp = np.zeros((2, count + 64), real)
         where_is, about = np.empty((nodes.count, 4)), np.empty((nodes.count, 8), real)
         raw = np.empty((nodes.count, len(indices(order - 1))))
         multipoles = np.empty((nodes.count, padded_moments(order)), real)
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
-            module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.order, self.position, self.mass,
-            self.smoothing_length, weight, self.origin, self.scale, self.mass_scale, x, y, z, m, clamp, where_is, about,
-            raw, multipoles,
+            module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.end, nodes.order, self.position,
+            self.mass, self.smoothing_length, weight, self.origin, self.scale, self.mass_scale, x, y, z, m, clamp,
+            where_is, about, raw, multipoles,
         )  # fmt: skip
-        module.upward_top(*structure, nodes.begin, where_is, about, raw, multipoles)
+        module.upward_top(*structure, nodes.top, where_is, about, raw, multipoles)
         acceleration, potential = np.zeros((count, 3)), np.zeros(count)
-        parent, task_of = _links(nodes)
+        task_of = np.full(nodes.count, -1, np.int32)
+        task_of[nodes.task] = np.arange(len(nodes.task))
         handed_end = np.zeros(len(nodes.task), np.int64)
         handed_local = np.zeros((len(nodes.task), len(harmonic(order))))
         rest = (
-            *structure, MOST_LEVELS, parent, where_is, about, multipoles, x, y, z, m, clamp, nodes.order, real(theta),
-            real(tolerance), acceleration, potential, *self.units, nodes.leaf_size, handed_end, handed_local, task_of,
+            *structure, MOST_LEVELS, nodes.parent, where_is, about, multipoles, x, y, z, m, clamp, nodes.order,
+            real(theta), real(tolerance), acceleration, potential, *self.units, nodes.leaf_size, handed_end,
+            handed_local, task_of,
         )  # fmt: skip
         root, nothing = np.zeros(1, nodes.task.dtype), np.empty(0, np.int32)
         none = np.zeros(1, np.int64)
@@ -206,21 +209,36 @@ class _Particles:
             module.descend, self.threads, False, nodes.task[mine], handed, handed_begin[mine], handed_end[mine],
             handed_local[mine], *rest,
         )  # fmt: skip
+        if kernel is not None:
+            self._soften(kernel, columns, m, part, acceleration, potential)
         if len(held) < count:
             for sums in (acceleration, potential):
                 sums[nodes.order] = part.whole(sums[held])
         return acceleration, potential
 
+    def _soften(
+        self, kernel: str, columns: np.ndarray, mass: np.ndarray, part: Part, acceleration: np.ndarray,
+        potential: np.ndarray,
+    ) -> None:  # fmt: skip
+        # Adds what softening changes about clamped points; columns, mass: of the particles in the tree's order.
+        module = _softening(kernel, self.precision)
+        nodes, count = self.nodes, len(self.mass)
+        first = np.sort(nodes.first[nodes.child == 0])
+        start, every = np.append(first, count), np.arange(count)
+        small = nodes.last - nodes.first <= GROUPED
+        group = np.union1d(nodes.first[small & ~small[nodes.parent]], nodes.first[nodes.task])
+        groups = np.append(np.searchsorted(first, group), len(first))
+        tasks = np.append(np.searchsorted(group, nodes.first[nodes.task]), len(group))
+        length, boxes = np.zeros(count + 64), np.empty((8, len(first) + 64))
+        share_out(
+            module.fit_boxes, self.threads, nodes.order, self.smoothing_length, self.scale, columns, every, start,
+            groups, tasks, length, boxes,
+        )  # fmt: skip
+        share_out(
+            module.soften, self.threads, columns, length, mass, boxes, every, start, groups,
+            tasks[part.first : part.last + 1], nodes.order, *self.units, acceleration, potential,
+        )  # fmt: skip
+
 
 def _power_of_two(value: float) -> float:
     return 2.0 ** math.floor(math.log2(value)) if 0.0 < value < math.inf else 1.0
-
-
-def _links(nodes: Tree) -> tuple[np.ndarray, np.ndarray]:
-    parent = np.zeros(nodes.count, np.int32)
-    inner = np.flatnonzero(nodes.child)
-    parent[nodes.child[inner]] = inner
-    parent[nodes.child[inner] + 1] = inner
-    task_of = np.full(nodes.count, -1, np.int32)
-    task_of[nodes.task] = np.arange(len(nodes.task))
-    return parent, task_of

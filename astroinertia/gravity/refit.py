@@ -114,24 +114,23 @@ def fit_any(node, first, last, child, order, position, mass, h, weight, origin, 
 
 
 @njit(**ENTRY)
-def upward(counter, first, last, child, task, begin, order, position, mass, h, weight, origin, scale,
+def upward(counter, first, last, child, task, begin, end, order, position, mass, h, weight, origin, scale,
            mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):  # fmt: skip
     """Of all nodes below the tasks, leaves first, and of the tasks themselves."""
     while True:
         t = take(counter)
         if t >= len(task):
             break
-        for n in range(begin[t + 1] - begin[t] + 1):
-            node = begin[t + 1] - 1 - n if n < begin[t + 1] - begin[t] else task[t]
+        for n in range(end[t] - begin[t] + 1):
+            node = end[t] - 1 - n if n < end[t] - begin[t] else task[t]
             fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale,
                     mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)  # fmt: skip
 
 
 @njit(**ENTRY)
-def upward_top(first, last, child, begin, where_is, about, raw, moments):
+def upward_top(first, last, child, top, where_is, about, raw, moments):
     """Of all nodes above the tasks."""
-    for node in range(begin[0] - 1, -1, -1):
-        left = np.int64(child[node])
-        if left > 0 and left < begin[0]:
-            fit_node(node, left, last[node] - first[node], where_is, about, raw)
-            store_moments(np.float64(about[node, 5]), raw[node], moments[node])
+    for k in range(len(top) - 1, -1, -1):
+        node = top[k]
+        fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
+        store_moments(np.float64(about[node, 5]), raw[node], moments[node])

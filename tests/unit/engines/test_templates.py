@@ -18,7 +18,7 @@ from astroinertia.sph.kernels import KERNELS
 
 SHARED = ("vectors", "tables", "parts", "float64", "mixed", "elementary")
 PASSES = ("lists", "lengths", "density", "neighbours", "all_pairs", "few_density", "few_neighbours", "few_pairs")
-GRAVITY = ("gravity.compaction", "gravity.refit", "gravity.walk")
+GRAVITY = ("gravity.compaction", "gravity.refit", "gravity.walk", "gravity.softening")
 MODULES = (*(f"engines.numba_{name}" for name in (*SHARED, *PASSES)), *GRAVITY)
 
 KERNEL, ETA = KERNELS["wendland_c2"], 1.1
@@ -60,10 +60,10 @@ def test_every_node_has_the_moments_of_its_particles(plain):
     raw, kept = np.zeros((nodes.count, len(indices(order - 1)))), np.zeros((nodes.count, plain.walk.MOMENTS))
     weight, columns = random.random(COUNT), (x, y, z, m, clamp)
     plain.refit.upward(
-        np.zeros(1, np.int64), nodes.first, nodes.last, nodes.child, nodes.task, nodes.begin, nodes.order, POSITION,
-        MASS, LENGTH, weight, np.zeros(3), 1.0, 1.0, *columns, where_is, about, raw, kept,
+        np.zeros(1, np.int64), nodes.first, nodes.last, nodes.child, nodes.task, nodes.begin, nodes.end, nodes.order,
+        POSITION, MASS, LENGTH, weight, np.zeros(3), 1.0, 1.0, *columns, where_is, about, raw, kept,
     )  # fmt: skip
-    plain.refit.upward_top(nodes.first, nodes.last, nodes.child, nodes.begin, where_is, about, raw, kept)
+    plain.refit.upward_top(nodes.first, nodes.last, nodes.child, nodes.top, where_is, about, raw, kept)
     assert np.count_nonzero(nodes.child) > 4
     assert np.array_equal(clamp[:COUNT], CLAMP * LENGTH[nodes.order] ** 2)
     for node in range(nodes.count):
@@ -102,6 +102,26 @@ def test_the_walk_takes_every_pair_once(plain, monkeypatch, theta, limit):
     assert np.abs(acceleration - expected).max() < limit * np.abs(expected).max()
     assert np.abs(potential / depth - 1.0).max() < limit
     assert (sum(taken) > 0) == (theta > 0.0)
+
+
+def test_softening_takes_every_pair_within_reach_once(plain, monkeypatch):
+    generated = SimpleNamespace(**vars(plain.refit) | vars(plain.walk))
+    monkeypatch.setattr(multipole, "_module", lambda order, precision: generated)
+    monkeypatch.setattr(multipole, "_softening", lambda kernel, precision: plain.softening)
+    monkeypatch.setattr(multipole, "GROUPED", 8)
+    nodes = trees.tree(POSITION, leaf_size=3, threads=1)
+    length = 4.0 * LENGTH
+    particles = multipole._Particles(MASS, POSITION, length, nodes, "float64", 1)
+    acceleration, potential = particles.sums(5, math.inf, 0.0, None, "wendland_c2")
+    apart = POSITION[:, None] - POSITION
+    r = np.linalg.norm(apart, axis=2)
+    each = [(r / h, h) for h in (length[:, None], length)]
+    slope = 0.5 * sum(KERNEL.dphi(np, q) / h**2 for q, h in each) / np.where(r > 0.0, r, 1.0)
+    expected = -np.einsum("ij,j,ijk->ik", slope, MASS, apart)
+    depth = 0.5 * sum(KERNEL.phi(np, q) / h for q, h in each) @ MASS
+    assert np.abs(acceleration - expected).max() < 1e-13 * np.abs(expected).max()
+    assert np.abs(potential / depth - 1.0).max() < 1e-13
+    assert 0.5 * COUNT**2 > np.count_nonzero(r < 2.0 * np.maximum(length[:, None], length)) > 5 * COUNT
 
 
 @pytest.fixture(params=["many", "few"])

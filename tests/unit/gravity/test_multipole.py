@@ -5,7 +5,6 @@ import pytest
 
 from astroinertia.gravity import clamped_points as points, multipole
 from astroinertia.gravity.direct import direct_pair
-from astroinertia.gravity.near_leaves import near_leaves
 from astroinertia.gravity.tree import tree
 from astroinertia.sph.kernels import KERNELS
 
@@ -51,7 +50,7 @@ def test_points_and_what_softening_changes_are_softened_gravity(kernel):
 def test_nodes_of_a_tree_hold_their_childrens_particles_and_nothing_depends_on_threads(count):
     _, position, _ = clustered(count)
     one, other = tree(position, threads=1), tree(position, threads=3)
-    for name in ("order", "first", "last", "child", "task", "begin"):
+    for name in ("order", "first", "last", "child", "task", "begin", "end", "top"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     assert np.array_equal(np.sort(one.order), np.arange(count))
     inner = np.flatnonzero(one.child)
@@ -62,28 +61,36 @@ def test_nodes_of_a_tree_hold_their_childrens_particles_and_nothing_depends_on_t
     assert sorted(np.concatenate([np.arange(count)[one.first[t] : one.last[t]] for t in one.task])) == list(
         range(count)
     )
+    below = [range(begin, end) for begin, end in zip(one.begin, one.end, strict=True)]
+    assert sorted([*one.top, *one.task, *(node for nodes in below for node in nodes)]) == list(range(one.count))
+    for task, nodes in zip(one.task, below, strict=True):
+        assert all(one.first[task] <= one.first[node] and one.last[node] <= one.last[task] for node in nodes)
 
 
 @pytest.mark.slow
-def test_leaves_of_the_tree_list_all_that_reach_their_particles():
-    _, position, length = clustered(700)
-    nodes, support = tree(position, leaf_size=5), 2.0
-    position, length = position[nodes.order], length[nodes.order]
-    apart = np.linalg.norm(position[:, None] - position, axis=2)
-    within = apart < support * np.maximum(length[:, None], length)
-    alone, arrangement = [near_leaves(nodes, position, length, support, threads) for threads in (1, 2)]
-    listed, start = arrangement.lists, arrangement.leaves.start
-    assert (
-        start[-1] == 700 and arrangement.leaves.count % 2 == 0 and len(listed.targets.leaves) == sum(nodes.child == 0)
+@pytest.mark.parametrize("precision", ["float64", "mixed"])
+@pytest.mark.parametrize("leaf_size", [5, 48])
+def test_softening_is_that_of_all_pairs_within_reach_of_either(precision, leaf_size):
+    mass, position, length = clustered(1500)
+    length[:3] = 0.5, 5.0, 30.0  # far from their neighbours' own
+    nodes, sums = tree(position, leaf_size), []
+    for kernel in ("wendland_c2", None):
+        runs = [
+            multipole.gravity(mass, position, length, kernel, 1e-4, np.ones(1500), threads, nodes, precision)
+            for threads in (1, 3)
+        ]
+        assert all(np.array_equal(a, b) for a, b in zip(*runs, strict=True))
+        sums.append(runs[0])
+    exact, depth = direct(mass, position, length)
+    least = np.maximum(
+        ((position[:, None] - position) ** 2).sum(axis=2), points.CLAMP * (length[:, None] ** 2 + length**2)
     )
-    sizes = []
-    for leaf in listed.targets.leaves:
-        near, same = [each.pool[each.offset[leaf] :][: each.count[leaf]] for each in (listed, alone.lists)]
-        assert np.array_equal(near, same) and np.all(np.diff(near) > 0)
-        wanted = np.flatnonzero(within[start[leaf] : start[leaf + 1]].any(axis=0))
-        assert np.isin(wanted, near).all()
-        sizes.append((len(wanted), len(near)))
-    assert np.divide(*np.sum(sizes, axis=0)) > 0.4  # and not many more: boxes have corners
+    exact += np.einsum("ij,j,ijk->ik", least**-1.5, mass, position[:, None] - position)
+    depth += least**-0.5 @ mass
+    changes, deeper = (soft - point for soft, point in zip(*sums, strict=True))
+    allowed = 1e-12 if precision == "float64" else 1e-5
+    assert np.abs(changes - exact).max() < allowed * np.abs(sums[0][0]).max()
+    assert np.abs(deeper - depth).max() < allowed * np.abs(depth).max()
 
 
 def net_force(mass, acceleration):
