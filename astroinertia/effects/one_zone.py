@@ -1,6 +1,6 @@
 """A body as one zone that keeps its profile: how its size goes by the scalar virial theorem, with or without a force.
 
-    tr(Q) s s'' = 2 T/s^2 - |W|/s + 3 Pi s^-(3 (gamma - 1)),    x = s(t) x_0
+    tr(Q) s s'' = 2 T/s^2 - |W|/s + 3 Pi s^-(3 (gamma - 1)) - tr(Q) k s^2,    x = s(t) x_0
 
 (Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 14). A rough but cheap answer to what happens when a
 force is left out: small differences grow as they do in a collapse. models/scaling/homology solves the same equation to
@@ -9,6 +9,7 @@ round-off, for runs. Tests: tests/unit/effects/test_sizes.py.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,24 +21,38 @@ _MOMENTS = 400  # at which motions are compared
 
 @dataclass(frozen=True)
 class Zone:
-    """|W|, 3 Pi and 2 T over tr(Q) at first (inverse squares of times), the exponent gamma, and the rate of growth."""
+    """|W|, 3 Pi and 2 T over tr(Q) at first (inverse squares of times), the exponent gamma, the rate of growth, and the
+    pull k of a given field over the distance.
+    """
 
     weight: float
     pressure: float
     turning: float
     gamma: float
     expansion: float = 0.0
+    field: float = 0.0
 
     @property
     def frequency(self) -> float:
         """The square root of the largest of the forces, and of the motion at first."""
-        return math.sqrt(max(self.weight, self.pressure, self.turning, self.expansion**2))
+        return math.sqrt(max(self.weight, self.pressure, self.turning, abs(self.field), self.expansion**2))
 
     @property
     def imbalance(self) -> float:
         """The sum of the forces over the largest of them; 0 in equilibrium."""
-        largest = max(self.weight, self.pressure, self.turning)
-        return abs(self.pressure + self.turning - self.weight) / largest if largest > 0.0 else 0.0
+        largest = max(self.weight, self.pressure, self.turning, abs(self.field))
+        return abs(self.force(1.0)) / largest if largest > 0.0 else 0.0
+
+    def force(self, size: Any) -> Any:
+        """s'' at a size s."""
+        pushing = self.turning / size**3 + self.pressure * size ** (2.0 - 3.0 * self.gamma)
+        return pushing - self.weight / size**2 - self.field * size
+
+    def stiffness(self, size: Any) -> Any:
+        """-ds''/ds at a size s: the square of the rate at which small changes of it swing."""
+        pushing = 3.0 * self.turning / size**4
+        pushing = pushing + (3.0 * self.gamma - 2.0) * self.pressure * size ** (1.0 - 3.0 * self.gamma)
+        return pushing - 2.0 * self.weight / size**3 + self.field
 
 
 @dataclass(frozen=True)
@@ -53,12 +68,11 @@ def motion(zone: Zone, end: float) -> Motion:
     """The zone from size 1 until `end`."""
     # In the zone's own time, so that errors mean the same at any rate.
     rate = zone.frequency or 1.0
-    weight, pressure, turning = (force / rate / rate for force in (zone.weight, zone.pressure, zone.turning))
+    forces = {name: getattr(zone, name) / rate / rate for name in ("weight", "pressure", "turning", "field")}
+    own = replace(zone, **forces)
 
     def slope(_: float, state: np.ndarray) -> np.ndarray:
-        s = max(state[0], 0.1 * SMALLEST)
-        force = turning / s**3 - weight / s**2 + pressure * s ** (2.0 - 3.0 * zone.gamma)
-        return np.array([state[1], force])
+        return np.array([state[1], own.force(max(state[0], 0.1 * SMALLEST))])
 
     def small(_: float, state: np.ndarray) -> float:
         return state[0] - SMALLEST

@@ -111,5 +111,6 @@ ENTRY = Entry(
         "turn of the frame in the run", "the angle that it turns by",
         "Landau & Lifshitz 1976, eq. 39.7", _size, (), ("rate",),
     ),
+    pace=lambda options: (1.0 / (abs(options["rate"]) or 1e-300), None),
     made=RotatingFrame, rank=8,
 )  # fmt: skip

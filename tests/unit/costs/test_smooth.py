@@ -7,7 +7,10 @@ import pytest
 
 from astroinertia.costs import machine, smooth
 from astroinertia.costs.prediction import predict
-from astroinertia.costs.probe_scenes import COMPANION, RIGID
+from astroinertia.costs.probe_scenes import COMPANION, ELLIPSOID, RIGID
+from astroinertia.effects.characteristic import Neighbour
+from astroinertia.models.ellipsoid import evolution
+from astroinertia.models.rigid import passage
 from astroinertia.models.rigid.splitting import COMPOSITIONS
 from astroinertia.scene import load
 
@@ -90,3 +93,65 @@ def test_steps_with_what_follows_the_spin_take_as_long_as_measured(integrator, m
     assert measured[0] / 1.25 < found.parts["steps"].processor / free.parts["steps"].processor < 1.25 * measured[1]
     pushed = plain + "[effects.constant_torque]\nvector = [0.0, 0.0, 1e-6]\n"
     assert predict(load.loads(pushed, setting), machine.shipped()).parts["steps"] == free.parts["steps"]
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.6, 0.95])
+def test_a_companion_turns_by_its_longitude_in_each_orbit(eccentricity):
+    """By 2 pi; and at the pericentre (1 + e)^(1/2)/(1 - e)^(3/2) times as fast as on average."""
+    other = Neighbour("moon", 1.0, 1.0, 1.0 - eccentricity, eccentricity, rate=3.0)
+    times = 2.0 * math.pi / 3.0 * np.arange(4000) / 4000
+    assert smooth.turning_rate(other, 0.4, times).mean() == pytest.approx(3.0)
+    nearest = 3.0 * math.sqrt(1.0 + eccentricity) / (1.0 - eccentricity) ** 1.5
+    assert smooth.turning_rate(other, 0.0, np.zeros(1)) == pytest.approx([nearest])
+
+
+def test_first_steps_are_those_of_the_models():
+    assert smooth.FIRST == {"ellipsoid": evolution.FIRST_STEP, "adaptive": passage.FIRST_STEP}
+
+
+TOP = RIGID.replace("[effects]\n", "").replace("end = 1e4", "end = 100.0")
+ALONG = "body.rotation.axis=[0.0, 0.0, 1.0]"
+CHANGE = "[effects]\n[body.change]\ntimes = [10.0, 50.0]\nfactors = [1.0, 0.1]\n"
+PUSHED = "[effects.constant_torque]\nvector = [0.0, 0.0, 1.0]\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "settings", "taken"),
+    [
+        ("[effects]\n", ("output.series_every=0.1",), 2000),
+        (CHANGE, (), 2170),
+        (CHANGE, ("numerics.integrator='splitting'",), 4511),
+        (CHANGE.replace("0.1]", "10.0]"), ("body.rotation.rate=10.0",), 734),
+        (PUSHED, (ALONG,), 4143),
+        (PUSHED.replace("1.0]", "0.1]"), ("body.rotation.rate=0.0",), 453),
+        (PUSHED.replace("1.0]", "-0.2]"), ("body.rotation.rate=10.0", ALONG, "numerics.integrator='splitting'"), 4311),
+    ],
+)
+def test_tops_that_change_take_the_steps_that_are_predicted(more, settings, taken):
+    """Of what their runs took; by the spin at first, it would be up to ten times fewer, or five times more."""
+    adaptive = ("numerics.integrator='adaptive'", "output.series_every=1.0")
+    found = predict(load.loads(TOP + more, (*adaptive, *settings)), machine.shipped())
+    assert taken / 1.8 < found.steps < 1.8 * taken
+
+
+ROUND = "body.axes=[1.0, 1.0, 1.0]"
+GAS = ("equation_of_state.kind='polytropic'", "equation_of_state.gamma=1.6666666666666667", ROUND)
+
+
+@pytest.mark.parametrize(
+    ("effect", "settings", "taken"),
+    [
+        (
+            "external_field]\nquadratic = [[100, 0, 0], [0, 120, 0], [0, 0, 150]]",
+            (*GAS, "body.rotation.rate=0"),
+            22_463,
+        ),
+        ("external_field]\npoint_mass = 100\nsoftening = 0.5", (*GAS, "body.rotation.rate=0"), 52_336),
+        ("rotating_frame]\nrate = 5", (ROUND, "body.rotation.rate=0"), 1465),
+    ],
+)
+def test_ellipsoids_in_fields_take_the_steps_that_are_predicted(effect, settings, taken):
+    """Of what their runs took, which fall and swing at the pace of the field: their own gravity would ask for 400."""
+    text = ELLIPSOID.replace("[time]", f"[effects.{effect}\n[time]")
+    scene = load.loads(text, ("time.end=50", "output.series_every=0.5", *settings))
+    assert taken / 1.8 < predict(scene, machine.shipped()).steps < 1.8 * taken
