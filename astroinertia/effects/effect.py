@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, ClassVar, Self
@@ -18,7 +20,7 @@ from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import AstroinertiaError, NumericalError, SceneError
 from astroinertia.inertia.tensor import is_known, namespace
 from astroinertia.rotation.attitude import cross_matrix
-from astroinertia.units import CodeUnits, Option, failure
+from astroinertia.units import CodeUnits, Option, failure, shown
 
 PARTS = (
     "breaks",
@@ -61,13 +63,18 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
     @functools.wraps(part)
     def checked(*arguments: Any) -> Any:
         try:
-            value = part(*arguments)
+            with _kept(arguments):
+                value = part(*arguments)
         except AstroinertiaError:
             raise
         except Exception as error:  # whatever a class of the user's own does
             raise SceneError(f"the part {name} of the effect '{kind}' failed ({failure(error)}).") from error
         if value is None:
             return value
+        if name == "breaks":
+            return _between(kind, value, *arguments[-2:])
+        if isinstance(value, dict):
+            return {key: _writeable(array) for key, array in value.items()}
         needed = _SHAPES.get(name)
         if needed is None and name not in _OF_PARTICLES:
             return value
@@ -92,11 +99,48 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
     return checked
 
 
+@contextmanager
+def _kept(arguments: Sequence[Any]) -> Iterator[None]:
+    """While a part of the user's own works, arrays of the fluid cannot be written to: they are those of the run."""
+    arrays, within = [], [vars(given) for given in arguments if hasattr(given, "position")]
+    while within:
+        for value in within.pop().values():
+            if isinstance(value, dict):
+                within.append(value)
+            elif isinstance(value, np.ndarray) and value.flags.writeable:
+                arrays.append(value)
+    for array in arrays:
+        array.flags.writeable = False
+    try:
+        yield
+    finally:
+        for array in arrays:
+            array.flags.writeable = True
+
+
+def _writeable(array: Any) -> Any:
+    """An array as engines take it, which compile for what can be written to: a copy of one that cannot."""
+    return array.copy() if isinstance(array, np.ndarray) and not array.flags.writeable else array
+
+
+def _between(kind: str, times: Any, start: float, end: float) -> tuple[float, ...]:
+    """Of the times that an effect of the user's own gives as its breaks, those that are to come."""
+    try:
+        found = [float(time) for time in times]
+    except (TypeError, ValueError):
+        found = [math.nan]
+    if any(map(math.isnan, found)):
+        raise SceneError(f"the effect '{kind}' gave breaks that are no list of times: {shown(repr(times), 60)}.")
+    return tuple(time for time in found if start < time <= end)
+
+
 def _real(value: Any) -> Any:
     """A number, or an array of floating-point numbers, from these or lists of them.
 
     TypeError, which names the type, for what is not real; ValueError for lists of different lengths.
     """
+    if hasattr(value, "unit"):
+        raise TypeError(f"quantities in {value.unit}")
     if isinstance(value, list | tuple):
         rows = [_real(row) for row in value]
         xp = namespace(*rows)
@@ -106,7 +150,7 @@ def _real(value: Any) -> Any:
     dtype = np.dtype(getattr(value, "dtype", type(value)))
     if dtype.kind not in "fiu":
         raise TypeError(dtype.name)
-    return value.astype(float) if dtype.kind in "iu" and hasattr(value, "astype") else value
+    return value.astype(float) if dtype.kind in "iu" and hasattr(value, "astype") else _writeable(value)
 
 
 def _finite(name: str, numbers: list[Any]) -> bool:

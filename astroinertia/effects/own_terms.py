@@ -42,6 +42,8 @@ def _refuse_wrong(term: PairTerm, kind: str, forces: bool) -> None:
             raise ValueError(f"{output.name} is gathered as {output.how!r}, not as {', '.join(get_args(Reduction))}")
         if forces and output.how != (how := _GATHERED.get(output.name, output.how)):
             raise ValueError(f"{output.name} is gathered as {output.how!r}, and must be as {how!r}")
+        if forces and output.how == "central" and output.name != "acceleration":
+            raise ValueError(f"{output.name} is gathered as 'central', and would move nothing: call it acceleration")
     for function in (term.pair, term.far):
         if function is None:
             continue

@@ -369,6 +369,7 @@ ANOTHER: Any = "mean"  # no way to gather
         (with_term(near, CENTRAL, of="gravity"), "a pair term is of the effect 'gravity', and not of its own"),
         (with_term(near, CENTRAL, Output("heating", "sum")), "near must return a tuple of 2, a number an output"),
         (with_term(near, Output("acceleration", "sum")), "acceleration is gathered as 'sum', and must be as 'central'"),
+        (with_term(near, Output("push", "central")), "push is gathered as 'central', and would move nothing: call it"),
         (with_term(near, Output("rate", ANOTHER)), "rate is gathered as 'mean', not as central, sum, max, outer"),
         (
             with_term(screened, CENTRAL),

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from astropy import units
 
 from astroinertia.effects import Effect, pytree
 from astroinertia.effects.own import EFFECTS
@@ -44,6 +45,7 @@ def test_lists_and_whole_numbers_are_arrays_of_numbers() -> None:
         ("acceleration", lambda fluid: [["a", "b", "c"]] * 2, "an acceleration of str"),
         ("exchange", lambda fluid: (fluid.mass > 0.0, 0.0), "an exchange of bool"),
         ("timestep", lambda fluid: 1j, "a timestep of complex128"),
+        ("acceleration", lambda fluid: fluid.position * units.Unit("m/s2"), "an acceleration of quantities in m / s2"),
         ("acceleration", lambda fluid: [[1.0, 2.0, 3.0], [1.0, 2.0]], "an acceleration of lists of different lengths"),
     ],
 )
@@ -80,3 +82,36 @@ def test_a_class_without_a_part_is_refused_with_the_part_that_it_may_mean() -> N
     with pytest.raises(SceneError, match="accelerations is not among them; did you mean 'acceleration'"):
         EFFECTS.entry_of(made(accelerations=lambda self, xp, fluid: -fluid.position))
     assert EFFECTS.entry_of(made(timestep=lambda self, xp, fluid: 1.0)).made.kind == "odd"
+
+
+def test_a_part_cannot_write_to_the_particles_of_the_run() -> None:
+    """As `x = fluid.position; x -= ...` would; what it may return of them can be written to again."""
+
+    def shifted(self, xp, fluid):
+        x = fluid.position
+        x -= 0.1
+        return -x
+
+    fluid = fluid_of()
+    fluid.memory = {"age": np.zeros(2)}
+    before = fluid.position.copy()
+    with pytest.raises(SceneError, match=r"the part acceleration of the effect 'odd' failed .*read-only"):
+        made(acceleration=shifted).acceleration(np, fluid)
+    assert np.array_equal(fluid.position, before) and fluid.position.flags.writeable
+    with pytest.raises(SceneError, match="read-only"):
+        made(remember=lambda self, xp, fluid, span: fluid.memory["age"].sort()).remember(np, fluid, 0.0)
+    assert made(acceleration=lambda self, xp, fluid: fluid.velocity).acceleration(np, fluid) is fluid.velocity
+    flat = made(acceleration=lambda self, xp, fluid: np.broadcast_to([0.0, 0.0, 1.0], (2, 3)))
+    assert flat.acceleration(np, fluid).flags.writeable
+    fields = made(fields=lambda self, xp, fluid: {"x": fluid.position[:, 0], "mass": fluid.mass}).fields(np, fluid)
+    assert fields["x"].flags.writeable and fields["mass"] is fluid.mass
+
+
+def test_breaks_are_those_that_are_to_come() -> None:
+    """A run would else stand still at a time that is past, or give an impulse at each of its steps."""
+    switched = made(breaks=lambda self, start, end: [3, 1.0, 2.0])
+    assert switched.breaks(0.0, 5.0) == (3.0, 1.0, 2.0)
+    assert switched.breaks(1.0, 2.0) == (2.0,)
+    for wrong in (1.0, [None], ["soon"], [np.nan]):
+        with pytest.raises(SceneError, match="the effect 'odd' gave breaks that are no list of times"):
+            made(breaks=lambda self, start, end, wrong=wrong: wrong).breaks(0.0, 1.0)
