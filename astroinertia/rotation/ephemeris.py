@@ -35,6 +35,7 @@ _FIRST = 4.0  # of the first segment, in units of the shortest time of the orbit
 _MOST_BYTES = 2e9  # of coefficients
 _OTHER = 1e3  # times the tolerance, over a segment: velocities that are others than those of the positions
 _SURE = 10.0  # times what the slopes of positions may err by
+_CONVERGED = 1e-4  # of the largest coefficient but the first: below it the last ones bound what is left out
 # Of a segment's half length: the points of the fit and between them those of the check (Chebyshev's extrema).
 _POINTS = -np.cos(np.pi * np.arange(2 * _FITTED - 1) / (2 * _FITTED - 2))
 _SHARES = 0.5 * (1.0 + _POINTS)
@@ -147,7 +148,12 @@ def ephemeris_of(
     if not (np.isfinite(distance) & np.isfinite(fast) & (distance > 0.0)).all():
         raise ValueError("at its start all states must be finite, and no companion where the body is")
     level = math.ceil(math.log2(max(1.0, float(np.max((end - start) * fast / distance)) / _FIRST)))
-    fit = _adapted(_Known(states, start, list(masses), tolerance), end - start, tolerance, level)
+    known = _Known(states, start, list(masses), tolerance)
+    try:
+        fit = _adapted(known, end - start, tolerance, level)
+    except NumericalError:
+        known.refuse_rounded_times()
+        raise
     return _table(
         list(masses), np.array(list(masses.values())), start, end, start + fit.middle, fit.half_length,
         fit.coefficients, fit.error,
@@ -213,17 +219,31 @@ class _Known:
     def leave(self, time: float) -> None:
         self._start += time
 
+    def refuse_rounded_times(self) -> None:
+        """NumericalError where a companion now moves by more than is allowed within the last digit of the time."""
+        place, speed = (np.linalg.norm(part[0], axis=-1) for part in self._states(np.array([self._start])))
+        moved = np.spacing(abs(self._start)) * speed / place
+        worst = int(np.argmax(moved))
+        if moved[worst] > self._allowed:
+            raise NumericalError(
+                f"the orbits cannot be tabulated to {self._allowed:.1e} of the distance: within the last digit of a "
+                f"time of {self._start:g}, {self._names[worst]} moves by {moved[worst]:.1e} of its own; count time "
+                "from nearer"
+            ) from None
+
     def _refuse_other_velocities(self, times: np.ndarray, place: np.ndarray, speed: np.ndarray) -> None:
         """ValueError where velocities are not how the positions change, which no shorter segment would mend.
 
         That is seen where a polynomial through the positions alone has converged: its last coefficients, times the
-        square of their order, bound the error of its slopes.
+        square of their order, bound the error of its slopes. About a close pericentre amid a long segment they do not.
         """
         half_length = 0.5 * (times[-1] - times[0])
         coefficients = np.einsum("km,m...->k...", _THROUGH, place)
         slopes = np.einsum("mk,k...->m...", _SLOPES, coefficients) / half_length
         apart = half_length * np.linalg.norm(speed - slopes, axis=-1)
-        unsure = len(times) ** 2 * np.linalg.norm(coefficients[-3:], axis=-1).max(axis=0)
+        size = np.linalg.norm(coefficients, axis=-1)
+        last = size[-3:].max(axis=0)
+        unsure = np.where(last < _CONVERGED * size[1:].max(axis=0), len(times) ** 2 * last, np.inf)
         certain = apart > np.maximum(_OTHER * self._allowed * np.linalg.norm(place, axis=-1), _SURE * unsure)
         if certain.any():
             at, number = np.unravel_index(np.argmax(np.where(certain, apart, 0.0)), apart.shape)

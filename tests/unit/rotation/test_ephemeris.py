@@ -172,6 +172,26 @@ def test_a_narrow_ellipse_has_the_velocities_of_its_places():
     assert float(ephemeris_of(states, 1.0, 9.0, {"comet": 0.0}, 1e-12).error) < 1e-12
 
 
+@pytest.mark.parametrize("eccentricity", [0.995, 0.999, 0.9999])
+@pytest.mark.parametrize("start", [np.pi, 0.0, -8.0, 3.0 + 200.0 * np.pi])
+def test_a_comet_that_is_slow_where_its_orbit_begins_has_the_velocities_of_its_places(eccentricity, start):
+    """The first segment is as long as suits its speed there, and its pericentre lies anywhere within it."""
+
+    def states(times):
+        return tuple(np.pad(part, ((0, 0), (0, 1)))[:, None] for part in kepler(eccentricity, times))
+
+    digit = 2.0 * np.spacing(abs(start)) * (1.0 - eccentricity) ** -1.5  # of the time, over that of the pericentre
+    if digit > 1e-8:
+        with pytest.raises(NumericalError, match=r"last digit of a time of 63\d.*, comet moves by .*; count time from"):
+            ephemeris_of(states, start, start + 2.0 * np.pi, {"comet": 0.0})
+        return
+    orbit = ephemeris_of(states, start, start + 2.0 * np.pi, {"comet": 0.0})
+    times = start + 2.0 * np.pi * np.linspace(0.0, 1.0, 2001)
+    there = states(times)[0][:, 0]
+    apart = np.linalg.norm(np.asarray(orbit.position(times))[:, 0] - there, axis=1) / np.linalg.norm(there, axis=1)
+    assert apart.max() < 1e-8 + digit
+
+
 def test_what_cannot_be_tabulated_is_refused():
     bodies = simulation(1.0, [Companion("moon", 0.01, period=1.0, eccentricity=0.5)])
     with pytest.raises(ValueError, match="not after its start"):
