@@ -91,11 +91,12 @@ class BlockStep:
     now; `counted`, the mass of particles whose drift this part enters into the ledger, else 0; `entropy_per_heat`;
     `entropy_rate`; `decay` where heat is exchanged with the surroundings; `middle`, the time at the middle of a
     particle's interval; `limit`, what its interval must not exceed, its own and for its neighbours' sake; `own_limit`;
-    `rung` and `interval`; and with prefixes field (of the force terms), distant (accelerations that are not by
-    neighbours), outer (those of them by what is outside a nested set) and body (accelerations that come with the base
-    step alone).
+    `contact`, how long after the time `looked` it meets nothing; `rung` and `interval`; and with prefixes field (of the
+    force terms), distant (accelerations that are not by neighbours), outer (those of them by what is outside a nested
+    set) and body (accelerations that come with the base step alone).
     body: the mass, place and velocity of the whole body; pairs: the engine's arrangement with lists of neighbours;
-    tally: what was done so far; whole: whether these are all particles of the body.
+    tally: what was done so far; whole: whether these are all particles of the body; looked: when what is on its way was
+    looked for.
     """
 
     problem: Problem
@@ -108,6 +109,7 @@ class BlockStep:
     tally: Tally
     whole: bool = True
     pairs: Any = None
+    looked: float = 0.0
 
     @property
     def time(self) -> float:

@@ -108,7 +108,7 @@ def _split(
     lists: the engine's arrangement with lists of neighbours.
     """
     block = opened(problem, arrangement, state, base, limits)
-    block.pairs, block.more["contact"] = lists, apart
+    block.pairs, block.more["contact"], block.looked = lists, apart, block.time
     everyone = np.arange(block.count)
     fluid = replace(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
     _kick(block, everyone, fluid, rung, opening=state)
@@ -157,7 +157,7 @@ def _synchronise(block: BlockStep) -> int:
     """Evaluate and kick those that are active now; their number."""
     level, more = block.clock.level, block.more
     active = np.flatnonzero(more["rung"] >= level)
-    _look_ahead(block)
+    _look_ahead(block, active)
     parts.list_neighbours(block, active)
     sums = _before_forces(block, active)
     activated = _to_activate(block, active, sums, level)
@@ -206,15 +206,15 @@ def _before_forces(block: BlockStep, active: Array) -> Sums:
     return sums
 
 
-def _look_ahead(block: BlockStep) -> None:
+def _look_ahead(block: BlockStep, active: Array) -> None:
     """What is on its way is not to be met in the middle of an interval that begins now.
 
-    Shorter ones than any that was limited so begin at all other ends.
+    Where one may last longer than until then, as it was when it was looked for last, it is looked for again.
     """
-    interval = block.clock.base / 2.0**block.clock.level
-    if block.whole and interval > block.more["contact"].min():
+    longest = np.minimum(block.take("own_limit", active), block.clock.base / 2.0**block.clock.level)
+    if (longest > block.take("contact", active) - (block.time - block.looked)).any():
         moving = block.state.position, block.more["predicted"], block.state.smoothing_length
-        block.more["contact"] = _contacts(block.problem, *moving, interval)
+        block.more["contact"], block.looked = _contacts(block.problem, *moving, block.clock.base), block.time
 
 
 def _to_activate(block: BlockStep, active: Array, sums: Sums, level: int) -> Array:

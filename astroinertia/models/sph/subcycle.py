@@ -49,6 +49,7 @@ def put_back(block: BlockStep, part: BlockStep, depth: int) -> None:
     """What became of the particles that were taken out; all others drift to the same time."""
     inner = np.flatnonzero(part.more["rung"] >= depth)
     home = part.more.pop("home")[inner]
+    del part.more["contact"]  # with what else is in the part alone
     others = block.more["counted"].copy()
     others[home] = 0.0
     went, block.body = part.state, part.body
