@@ -25,9 +25,16 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
             raise ValueError(f"vectors and tensors must be whole: along {dim} there is {dataset[dim].values} alone")
         if dim not in dataset["inertia_tensor"].dims:
             raise ValueError(f"inertia_tensor has no dimension {dim}: components are along i and j")
+    schema = RECORDED | DERIVED
+    # A mask of times, as of Dataset.where, gives what is of the whole run, such as spectra, times as well.
+    spread = [
+        str(name)
+        for name, values in dataset.data_vars.items()
+        if name in schema and "time" in values.dims and "time" not in schema[str(name)].dims
+    ]
+    dataset = dataset.assign({name: dataset[name].max("time", keep_attrs=True) for name in spread})
     for dim in ("time", "effect", "mode"):
         if dim in dataset.coords and dim not in dataset.dims:
-            schema = RECORDED | DERIVED
             names = [name for name in dataset.data_vars if name not in schema or dim in schema[str(name)].dims]
             chosen = {name: dataset[name].expand_dims(dim) for name in names if dim == "time" or name in schema}
             dataset = dataset.drop_vars(dim).assign(chosen)

@@ -34,9 +34,15 @@ def reached(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def begun(dataset: xr.Dataset) -> xr.Dataset:
-    """A run from its first record with a value: a mean over several, or a mask, leaves the first without."""
-    if "mass" not in dataset or not np.isfinite(mass := dataset["mass"].values).any():
+    """A run from its first record with a value: a mean over several, or a mask, leaves the first without.
+
+    SceneError where none has one.
+    """
+    must_have_times(dataset)
+    if "mass" not in dataset:
         return dataset
+    if not np.isfinite(mass := dataset["mass"].values).any():
+        raise SceneError("nothing is recorded in this dataset: it has no values.")
     return dataset.isel(time=slice(int(np.isfinite(mass).argmax()), None))
 
 

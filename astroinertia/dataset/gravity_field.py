@@ -18,6 +18,7 @@ from astroinertia.inertia.gravity_field import GravityField, ellipsoid_field, pa
 from astroinertia.inertia.principal import principal_frame
 from astroinertia.inertia.tensor import second_moment_from_inertia
 
+_RADII = (radii.EQUATORIAL, radii.MEAN, "equatorial_radius")
 _ROUNDED = 1e-12  # of the largest time: those of a sweep's members are one, which differ from a snapshot's by round-off
 
 
@@ -80,7 +81,8 @@ def run_fields(
             raise AbsentError("no snapshot was taken at the times of this dataset.")
     times = dataset["time"] if snapshots is None else snapshots["snapshot_time"]
     if radius is None:
-        usual = radii.reference_radius(dataset) if "equatorial_radius" in dataset else "equatorial_radius"
+        known = {name: dataset[name].values for name in _RADII if name in dataset}
+        usual = radii.reference_radius(known) if _RADII[-1] in known else _RADII[-1]
         chosen = noted.get("zonal_harmonic_2", {}).get("radius", usual)  # which xarray may have lost
         if chosen not in dataset:
             raise AbsentError(f"this dataset has no {chosen}, which its gravity field refers to; give a radius.")

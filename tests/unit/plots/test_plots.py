@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from astroinertia import plots
-from astroinertia.errors import AbsentError
+from astroinertia.errors import AbsentError, SceneError
 from astroinertia.observables.quantities import RECORDED
 from astroinertia.plots import density, pictures, style, waves
 from astroinertia.plots.in_words import tables
@@ -466,3 +466,16 @@ def test_a_part_of_a_run_is_drawn_or_what_is_missing_is_named(series, snapshots)
     assert plots.density_figure(series, some).axes
     with pytest.raises(AbsentError, match=r"of particles .* a part is missing: .*smoothing_length"):
         plots.projection_figure(series, snapshots.drop_vars("smoothing_length"))
+
+
+def test_a_run_with_masked_times_keeps_its_spectrum_and_one_without_values_is_refused(series):
+    """Dataset.where spreads a spectrum, which has no times, along those of the mask."""
+    masked = series.where((series.time < series.time[3]) | (series.time > series.time[9]))
+    assert "time" in masked.gw_characteristic_strain.dims
+    panels = [figure.axes[-1] for figure in (masked.inertia.plot_waves(), series.inertia.plot_waves())]
+    found, known = (panel.lines[0].get_xydata() for panel in panels)
+    np.testing.assert_array_equal(found, known)
+    for empty, lacks in ((series.isel(time=[]), "times"), (series.where(series.time < 0), "values")):
+        for made in (plots.summary, lambda data: list(pictures.figures(data))):
+            with pytest.raises(SceneError, match=f"nothing is recorded in this dataset: it has no {lacks}"):
+                made(empty)
