@@ -85,9 +85,11 @@ def test_a_wheel_along_an_axis_holds_it():
     assert found.growth_rate[1] == 0.0 < polhodes.stability([1.0, 2.0, 3.0], rate, 0.5).growth_rate[1]
 
 
-def test_the_separatrices_are_great_circles_of_the_angular_momentum():
-    moments = np.array([1.0, 2.0, 3.0])
-    normals = np.array([[np.sqrt(1 / 1 - 1 / 2), 0, sign * np.sqrt(1 / 2 - 1 / 3)] for sign in (1, -1)])
+@pytest.mark.parametrize("moments", [(1.0, 2.0, 3.0), (1.5, 4.0, 5.25)])
+def test_the_separatrices_are_great_circles_of_the_angular_momentum(moments):
+    moments = np.array(moments)
+    least, middle, most = moments
+    normals = np.array([[np.sqrt(1 / least - 1 / middle), 0, x * np.sqrt(1 / middle - 1 / most)] for x in (1, -1)])
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     for spin in ([0.3, 0.2, 0.9], [1.0, -0.2, 0.3]):
         top = free_top.free_top(moments, spin)

@@ -183,6 +183,14 @@ def test_saturn_precesses_with_titan():
     assert alpha / ARCSECOND_PER_YEAR == pytest.approx(0.83, abs=0.02)
 
 
+def test_charon_turns_about_pluto_in_its_observed_period():
+    """6.3872 d at 19596 km: a moon of an eighth of its planet counts in its orbit, by Kepler's third law."""
+    share, arm, spin = 106.1 / 869.3, (19595.8 / 1188.3) ** 2, 1e-5
+    bulge, momentum = precession.moons_of_the_equator(869.3e9, 1188.3e3, spin, [106.1e9], [19595.8e3])
+    assert bulge == pytest.approx(0.5 * share * arm)
+    assert momentum == pytest.approx(share * arm * 2 * np.pi / (6.387222 * 86400) / spin, rel=1e-3)
+
+
 @pytest.mark.parametrize("orbit", [(-1.0, 0.0), (1.0, 1.0), (1.0, -0.1), (1.0, np.nan)])
 def test_what_is_no_ellipse_is_refused(orbit):
     for function in (
