@@ -31,6 +31,19 @@ def test_orders_that_are_not_believed_are_not_used():
     assert scatter.order == 2.0
 
 
+def test_the_order_of_a_ladder_and_that_of_theory_are_weighed_by_their_variances():
+    """Inverse-variance means of 1.4 and 2: a ladder of four runs tells its order to 0.3, however well a law fits."""
+    for trust, mean in ((0.3, 1.7), (0.6, 0.8 * 1.4 + 0.2 * 2.0)):
+        assert estimate(STEPS, ladder(1.4), 2.0, (0.5, 4.0), trust).order == pytest.approx(mean, rel=1e-3)
+
+
+def test_two_runs_have_the_order_of_theory_less_its_deviation():
+    """Richardson: |v - v'|/(2^p - 1), p = 2 less its deviation, or half of it."""
+    for trust, order in ((0.5, 1.5), (1.5, 1.0)):
+        found = estimate([0.2, 0.1], np.array([[1.3], [1.1]]), 2.0, (0.2, 4.0), trust)
+        assert found == (pytest.approx(0.2 / 1.1 / (2**order - 1), rel=1e-12), order)
+
+
 def test_two_runs_that_agree_by_chance_do_not_hide_an_error():
     """The two finest are the same; the third is not."""
     found = estimate(STEPS, np.array([[1.1], [1.04], [1.01], [1.01]]), 2.0, (1.2, 2.4))
