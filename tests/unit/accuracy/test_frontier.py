@@ -26,3 +26,12 @@ def test_the_knee_is_where_more_cost_stops_to_pay():
     assert knee(cost, error) == 2
     assert knee(cost[:2], error[:2]) is None
     assert knee(np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.9, 0.01])) is None  # bulges outwards
+
+
+def test_the_knee_depends_neither_on_units_nor_on_settings_without_a_logarithm():
+    cost, error = np.array([1.0, 3.0, 9.0, 27.0, 81.0]), np.array([1.0, 0.3, 0.012, 0.01, 0.008])
+    for seconds in (1e-6, 1.0, 1e6):
+        for relative in (1e-12, 1.0, 1e6):
+            assert knee(seconds * cost, relative * error) == 2
+    assert knee(np.append(cost, 1e3), np.append(error, 0.0)) == 2  # without an error: nothing to compare
+    assert knee(np.append(0.0, cost), np.append(2.0, error)) == 3
