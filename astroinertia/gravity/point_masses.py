@@ -102,15 +102,16 @@ def virial(
 ) -> Array:
     """V = -sum m w x' (x) x' - sum m (w - w_c) x' (x) (c - X) for each point, the second being the torque and more.
 
-    c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c: what is uniform over the body has
-    no moment. (N,), (N, 3), (3,), (n,), (n, 3): (3, 3).
+    c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c, no larger than at the nearest
+    particle: what is uniform over the body has no moment. (N,), (N, 3), (3,), (n,), (n, 3): (3, 3).
     """
     relative, total = position - centre, xp.zeros((3, 3))
     for k in range(mass.shape[0]):
         from_point, (at_centre,) = _weight(xp, centre[None], place[k], softening_squared)
         _, w = _weight(xp, position, place[k], softening_squared)
         symmetric = xp.einsum("n,ni,nj->ij", weight * w, relative, relative)
-        total = total - mass[k] * (symmetric + xp.outer((weight * (w - at_centre)) @ relative, from_point[0]))
+        uniform = xp.minimum(at_centre, xp.max(w))
+        total = total - mass[k] * (symmetric + xp.outer((weight * (w - uniform)) @ relative, from_point[0]))
     return total
 
 
