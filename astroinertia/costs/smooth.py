@@ -125,8 +125,8 @@ def _of_rigid(scene: Scene, times: np.ndarray) -> np.ndarray:
         whole = float(np.linalg.norm(at_start))
         if whole > 0.0:
             spin = spin * momentum / whole
-        elif along > 0.0:  # from rest, about its own axis
-            spin = momentum / float(gained @ _tensor(scene, max(found.moments)) @ gained / along**2)
+        elif (turned := float(gained @ _tensor(scene, max(found.moments)) @ gained)) > 0.0:  # from rest, about itself
+            spin = momentum * along**2 / turned
         acts = (times >= options["begin"]) & (times < last)
         torque = np.where(acts, math.sqrt(along / sorted(found.moments)[1]), 0.0)
     frequencies = [spin / size, torque / np.sqrt(size)]

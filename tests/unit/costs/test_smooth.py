@@ -135,6 +135,13 @@ def test_tops_that_change_take_the_steps_that_are_predicted(more, settings, take
 
 
 ROUND = "body.axes=[1.0, 1.0, 1.0]"
+
+
+def test_a_needle_that_is_pushed_about_itself_has_a_plan():
+    needle = TOP.replace("[1.0, 2.0, 2.5]", "[0.0, 1.0, 1.0]") + PUSHED.replace("[0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0]")
+    assert predict(load.loads(needle, ("body.rotation.rate=0",)), machine.shipped()).steps >= 200
+
+
 GAS = ("equation_of_state.kind='polytropic'", "equation_of_state.gamma=1.6666666666666667", ROUND)
 
 
