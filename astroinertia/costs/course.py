@@ -21,7 +21,7 @@ from astroinertia.costs.evaluations import BY_NEIGHBOURS, SHARES, Counts
 from astroinertia.costs.fields import fields
 from astroinertia.costs.limits import Limits, Matter, length, limits
 from astroinertia.costs.shells import Shells
-from astroinertia.effects.one_zone import motion
+from astroinertia.effects.one_zone import lasting
 from astroinertia.engines.few import FEW
 from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.body_kinds.layered import LayeredPlanet
@@ -165,13 +165,13 @@ def similar(scene: Scene, start: Shells, end: float) -> Course | None:
         return Course(times, sizes, np.gradient(sizes, times), entropy)
     if start.field is not None and zone.pressure > 0.0:
         return None  # whose pull goes with the size otherwise than gravity's
-    path = motion(zone, end)
+    path = lasting(zone, end)
     falls = path.size.min() <= SHAKEN or (zone.gamma < STABLE and path.size[-1] < 1.0)
     if zone.pressure > 0.0 and falls:
         return None
     times, sizes, speeds = path.time, np.maximum(path.size, SMALLEST), path.speed
     if times[-1] < end:  # it has fallen together, or nothing acts any more
-        last = speeds[-1] if sizes[-1] > 1.0 else 0.0
+        last = max(float(speeds[-1]), 0.0) if sizes[-1] > 1.0 else 0.0
         sizes = np.append(sizes, min(sizes[-1] + last * (end - times[-1]), FARTHEST))
         times, speeds = np.append(times, end), np.append(speeds, last)
     return Course(times, sizes, speeds, np.ones_like(times))

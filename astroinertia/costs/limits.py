@@ -88,8 +88,8 @@ def _allowed(
         particle = whole / scene.body.placed(scene, scene.particles)
         nearer = (0.5 * particle / matter.mass[0]) ** (1.0 / 3.0)  # than the innermost edge: half of one is within
         speed, sound = np.full_like(of_length, matter.speed), np.append(matter.signal, matter.signal[0])
-        outwards = (np.append(edge, nearer * edge[0]) for edge in (matter.radius, speed))
-        asked = given.timesteps(*outwards, sound).items()
+        radius, speed = (np.append(edge, nearer * edge[0]) for edge in (matter.radius, speed))
+        asked = given.timesteps(radius, speed, sound).items()
         of_fields = {kind: np.full_like(of_length, numerics.courant * limit) for kind, limit in asked}
     found = {"acceleration": numerics.acceleration_factor * np.sqrt(of_length / np.maximum(acceleration, LEAST))}
     if "pressure" in scene.effects:

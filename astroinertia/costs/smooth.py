@@ -8,7 +8,7 @@ import numpy as np
 
 from astroinertia.costs.fields import fields
 from astroinertia.effects.characteristic import Neighbour
-from astroinertia.effects.one_zone import motion
+from astroinertia.effects.one_zone import lasting
 from astroinertia.inertia.prescribed import change
 from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.scene.characteristic import characteristic
@@ -25,7 +25,6 @@ FIRST = {"ellipsoid": 1e-3, "adaptive": 0.05}
 MOMENTS = 400  # of a run, at which its pace is looked at
 NEAR = 1e-3  # of the radius: where a field is as an affine body has it, linear about the centre
 IN_BALANCE = 0.02  # departure from equilibrium, up to which a body rests
-FOLLOWED = 60.0  # over the frequency of a body's forces: what pulsates longer is taken to go on alike
 STAGES = {2: 1, 4: 5, 6: 9, 8: 17}  # of a splitting, by its order; the machine's steps are of order 8
 # What a step of a rigid body takes with a companion, whose place and torque are found at every stage, over one without:
 # 74 over 7.3 and 56 over 21 us, of the Earth with the Moon.
@@ -87,8 +86,8 @@ def _of_ellipsoid(scene: Scene, times: np.ndarray) -> np.ndarray:
     body, units = characteristic(scene), code_units(scene)
     pace = max(1.0 / (body.dynamical_time or math.inf), body.spin or 0.0, body.shear, abs(body.expansion))
     given, zone = fields(scene), body.zone
-    asked = [1.0 / scene.entries[kind].pace(options)[0] for kind, options in scene.effects.items()
-             if scene.entries[kind].pace is not None and scene.model in scene.entries[kind].models]  # fmt: skip
+    entries = {kind: scene.entries[kind] for kind in scene.effects if scene.model in scene.entries[kind].models}
+    asked = [1.0 / one.pace(scene.effects[kind])[0] for kind, one in entries.items() if one.pace is not None]
     pulled = 0.0
     if given is not None:
         near = np.full(1, NEAR if body.radius is None else NEAR * float(units.to_code(body.radius, "length")))
@@ -98,10 +97,8 @@ def _of_ellipsoid(scene: Scene, times: np.ndarray) -> np.ndarray:
     zone = None if zone is None else replace(zone, field=pulled)
     if zone is None or body.held or not body.deforms or (zone.imbalance < IN_BALANCE and not zone.expansion):
         return np.full_like(times, pace)
-    until = min(scene.time.end, FOLLOWED / zone.frequency)
-    path = motion(zone, until)
-    gone = path.size[-1] > 1.0 + abs(path.speed[-1]) / zone.frequency or path.time[-1] < until
-    at = np.minimum(times, path.time[-1]) if gone else times % until  # what pulsates goes on as it did
+    path = lasting(zone, scene.time.end)
+    at = np.minimum(times, path.time[-1])
     size, speed = (np.interp(at, path.time, of) for of in (path.size, path.speed))
     swings = np.sqrt(np.maximum(zone.stiffness(size), 0.0))
     return np.maximum.reduce([pace * np.minimum(size, 1.0) ** -1.5, swings, np.abs(speed) / size])

@@ -15,6 +15,7 @@ import numpy as np
 
 SMALLEST, LARGEST = 1e-3, 1e3  # of the size at first: what is smaller has fallen together, what is larger is gone
 LONGEST = 15.0  # 1/frequency: what is slower than that is followed by what it does until then
+PULSATING = 60.0  # 1/frequency: what pulsates for longer goes on alike
 FASTER = 100.0  # times as fast may the motion with other forces be, before what is followed is shortened for it
 _MOMENTS = 400  # at which motions are compared
 
@@ -42,6 +43,14 @@ class Zone:
         """The sum of the forces over the largest of them; 0 in equilibrium."""
         largest = max(self.weight, self.pressure, self.turning, abs(self.field))
         return abs(self.force(1.0)) / largest if largest > 0.0 else 0.0
+
+    @property
+    def escapes(self) -> bool:
+        """Whether it can grow without end: by its energy, or as a field or a gas of one temperature drives it out."""
+        if self.field != 0.0 or (self.pressure > 0.0 and self.gamma <= 1.0):
+            return self.field <= 0.0
+        pressing = self.pressure / (3.0 * (self.gamma - 1.0)) if self.pressure > 0.0 else 0.0
+        return 0.5 * (self.expansion**2 + self.turning) + pressing >= self.weight
 
     def force(self, size: Any) -> Any:
         """s'' at a size s."""
@@ -94,6 +103,22 @@ def motion(zone: Zone, end: float) -> Motion:
         events=(small, large),
     )
     return Motion(solution.t / rate, solution.y[0], rate * solution.y[1])
+
+
+def lasting(zone: Zone, end: float) -> Motion:
+    """The same for a run of any length: what pulsates for longer than PULSATING goes on as it did until then.
+
+    Times keep no time with pulsations: by the golden ratio within equal parts of the run.
+    """
+    until = PULSATING / zone.frequency if zone.frequency > 0.0 else end
+    path = motion(zone, min(end, until))
+    if end <= until or zone.escapes or path.time[-1] < until * (1.0 - 1e-9):
+        return path
+    number = np.arange(_MOMENTS)
+    times = end / _MOMENTS * (number + number * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
+    times[-1] = end
+    at = times % until
+    return Motion(times, np.interp(at, path.time, path.size), np.interp(at, path.time, path.speed))
 
 
 def difference(zone: Zone, end: float, **forces: float) -> float:

@@ -1,6 +1,7 @@
 """How many steps runs are predicted to take, beside how many they took."""
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,18 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
     cold = load.loads(CLOUD, ["equation_of_state.sound_speed=0.05"])
     assert predict(cold, machine.shipped()) is None
     assert plan_lines.lines(cold, None)[0].value == "not known"
+
+
+def test_what_pulsates_for_long_is_followed_for_a_while():
+    """A million dynamical times take as long to plan as a hundred, which take 0.3 s, and as many steps a time."""
+    text = CLOUD.replace("isothermal", "polytropic").replace("end = 2", "end = 100")
+    text = text.replace('"uniform"', '"polytrope", index = 1.5')
+    settings = ["equation_of_state.gamma=1.6666666666666667", "body.pressure_fraction=0.7", "output.align=false"]
+    short = course.counted(load.loads(text, settings))
+    begun = time.process_time()
+    long = course.counted(load.loads(text, [*settings, "time.end=1e6"]))
+    assert time.process_time() - begun < 5.0
+    assert long.steps == pytest.approx(1e4 * short.steps, rel=0.03)
 
 
 @pytest.mark.parametrize("rotation", ["t_over_w=0.05", "angular_momentum=0.2", "rate=0.6"])
