@@ -62,11 +62,11 @@ def all_pairs_functions(
     return needs, far_needs, [sources.text(), "", "", *loader("load_sources", needs, precision, needs.arrays), *loops]
 
 
-def within_functions(kernel: str, terms: Sequence[PairTerm], leaf: str) -> tuple[list[str], list[str]]:
-    """The rows of sources of a sum over those within reach, and the lines of its loop over a leaf, named `leaf`."""
+def within_functions(kernel: str, terms: Sequence[PairTerm], leaf: str) -> list[str]:
+    """The lines of the loop over a leaf, of that name, of a sum over those within reach alone."""
     needs, sources = _neighbour_needs(kernel, terms, False), Sources()
     loop = leaf_loop(leaf, sources, terms, needs, "within", False)
-    return needs.rows, [sources.text(), "", "", *loop]
+    return [sources.text(), "", "", *loop]
 
 
 @functools.lru_cache(maxsize=128)

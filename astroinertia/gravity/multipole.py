@@ -56,12 +56,11 @@ def _module(p: int, precision: str) -> ModuleType:
 
 @functools.lru_cache(maxsize=32)
 def _softening(kernel: str, precision: str) -> ModuleType:
-    _, functions = within_functions(kernel, (SOFTENED_LESS_POINT,), "softened_leaf")
     text = [
         *header(precision),
         template("gravity/compaction.py"),
         f"SUPPORT = {float(KERNELS[kernel].support)}",
-        *functions,
+        *within_functions(kernel, (SOFTENED_LESS_POINT,), "softened_leaf"),
         template("gravity/softening.py"),
     ]
     return load_module(f"softening_{kernel}", "\n".join(text))

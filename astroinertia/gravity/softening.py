@@ -38,8 +38,8 @@ from astroinertia.engines.templates import executed
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.compaction import compacted
 
-ROWS, FUNCTIONS = within_functions("wendland_c2", (SOFTENED_LESS_POINT,), "softened_leaf")
-SUPPORT, softened_leaf = 2.0, executed(FUNCTIONS).softened_leaf
+FUNCTIONS = executed(within_functions("wendland_c2", (SOFTENED_LESS_POINT,), "softened_leaf"))
+SUPPORT, softened_leaf = 2.0, FUNCTIONS.softened_leaf
 
 # Copied into generated modules from here on.
 
