@@ -144,15 +144,16 @@ def turning_rate(other: Neighbour, mean_anomaly: float, times: np.ndarray) -> np
 
 def _momentum(scene: Scene, largest: float) -> np.ndarray:
     """The angular momentum (3,) of a rigid body, in inertial axes, whose largest moment is that."""
-    body: Any = scene.body
-    rate = characteristic(scene).spin or 0.0
+    body, found = scene.body, characteristic(scene)
+    rate = found.spin or 0.0
     if rate == 0.0:
         return np.zeros(3)
-    direction, tensor = np.asarray(unit(body.rotation.direction)), _tensor(scene, largest)
-    if body.rotation.wobble is None:
-        return rate * tensor @ direction
+    tensor = _tensor(scene, largest)
+    if body.rotation is None or body.rotation.wobble is None:
+        return rate * tensor @ np.asarray(unit(found.spin_axis))
     inertia = np.linalg.eigvalsh(tensor)
-    return rate * np.linalg.norm(inertia * np.asarray(wobbling(inertia, body.rotation.wobble)[1])) * direction
+    momentum = rate * np.linalg.norm(inertia * np.asarray(wobbling(inertia, body.rotation.wobble)[1]))
+    return momentum * np.asarray(unit(body.rotation.direction))
 
 
 def _tensor(scene: Scene, largest: float) -> np.ndarray:

@@ -142,6 +142,29 @@ def test_a_needle_that_is_pushed_about_itself_has_a_plan():
     assert predict(load.loads(needle, ("body.rotation.rate=0",)), machine.shipped()).steps >= 200
 
 
+def test_a_body_that_turns_by_its_velocity_gradient_has_a_plan_of_its_torques():
+    """About z at a rate of 1; the torque doubles its angular momentum."""
+    text = (
+        TOP[: TOP.index("[body]")]
+        + """[body]
+kind = "uniform"
+mass = 1.0
+radius = 1.0
+velocity_gradient = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+[effects.constant_torque]
+vector = [0.0, 0.0, 0.004]
+[time]
+end = 100.0
+[numerics]
+integrator = "splitting"
+steps_per_rotation = 40
+"""
+    )
+    turns = 100.0 * 1.5 / (2.0 * math.pi)
+    found = predict(load.loads(text, ("output.series_every=100.0",)), machine.shipped())
+    assert found.steps == pytest.approx(40 * turns, rel=0.01)
+
+
 GAS = ("equation_of_state.kind='polytropic'", "equation_of_state.gamma=1.6666666666666667", ROUND)
 
 
