@@ -73,24 +73,25 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     rows[:, :3], rows[:, 3] = position, np.arange(count)
     top = np.empty((4, 2 * min(count, 8 * PIECES) + 2 * MOST_LEVELS), np.int64)  # first, last, child, level
     top[:, 0] = 0, count, 0, 0
-    above = np.zeros((top.shape[1], MOST_LEVELS, 2))
-    filled = _split(rows, spare, top, max(leaf_size, count // PIECES), above, False)
+    denser = np.zeros((top.shape[1], MOST_LEVELS, 2))
+    filled = _split(rows, spare, top, max(leaf_size, count // PIECES), denser, False)
     piece = np.flatnonzero(top[2, :filled] == 0)
     piece = piece[np.argsort(top[0, piece])]
     below = np.empty((4, 2 * count), np.int64)
     sizes = np.zeros(len(piece), np.int64)
-    share_out(_split_pieces, threads, rows, spare, top, piece, above, below, sizes, leaf_size)
-    begin = filled + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    nodes = np.empty((3, begin[-1]), np.int64)
+    share_out(_split_pieces, threads, rows, spare, top, piece, denser, below, sizes, leaf_size)
+    starts = filled + np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    nodes = np.empty((3, starts[-1]), np.int64)
     nodes[:, :filled] = top[:3, :filled]
     for t, node in enumerate(piece):
         start = 2 * top[0, node]
-        nodes[:, begin[t] : begin[t + 1]] = below[:3, start : start + sizes[t]]
-        children = nodes[2, begin[t] : begin[t + 1]]
-        children[children > 0] += begin[t] - 1
-        nodes[2, node] = begin[t] if sizes[t] else 0
-    first, last, child = nodes
-    return Tree(rows[:, 3].astype(np.int64), first, last, child.astype(np.int32), *_tasks(*nodes, leaf_size), leaf_size)
+        nodes[:, starts[t] : starts[t + 1]] = below[:3, start : start + sizes[t]]
+        children = nodes[2, starts[t] : starts[t + 1]]
+        children[children > 0] += starts[t] - 1
+        nodes[2, node] = starts[t] if sizes[t] else 0
+    first, last, child = nodes[0], nodes[1], nodes[2].astype(np.int32)
+    task, begin, end, above = _tasks(first, last, child, leaf_size)
+    return Tree(rows[:, 3].astype(np.int64), first, last, child, task, begin, end, above, leaf_size)
 
 
 def _parents(child: np.ndarray) -> np.ndarray:
