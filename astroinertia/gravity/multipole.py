@@ -145,10 +145,9 @@ class _Particles:
         self.smoothing_length = np.ascontiguousarray(smoothing_length, dtype=np.float64)
         self.precision, self.threads = precision, threads or available_threads()
         self.nodes = tree if tree is not None else trees.tree(self.position, threads=self.threads)
-        # By components, as numpy is slow along axes of three.
-        self.origin = np.array([component.mean() for component in self.position.T])
-        widths = [np.abs(component - at).max() for component, at in zip(self.position.T, self.origin, strict=True)]
-        size = float(max(*widths, self.smoothing_length.max()))
+        low, high = trees.box(self.position)
+        self.origin = 0.5 * (low + high)
+        size = float(max(0.5 * (high - low).max(), self.smoothing_length.max()))
         self.scale = _power_of_two(1.0 / size)
         self.mass_scale = _power_of_two(1.0 / max(float(self.mass.sum()), 1e-300))
         self.units = self.scale**2 / self.mass_scale, self.scale / self.mass_scale  # of accelerations and potentials

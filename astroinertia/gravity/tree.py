@@ -16,7 +16,7 @@ from astroinertia.engines.numba_vectors import ENTRY, PART, take, where
 from astroinertia.engines.threads import available_threads, share_out
 
 LEAF_SIZE = 48  # most particles in a leaf
-PIECES = 16  # about so many subtrees are made apart from each other
+PIECES = 8  # about so many subtrees are made apart from each other
 TASKS = 64  # about so many are shared out over threads
 DEEPEST = 60  # below this level nodes are halved by number
 MOST_LEVELS = DEEPEST + 64  # and so no tree has more levels than this
@@ -94,6 +94,13 @@ def tree(position: Any, leaf_size: int = LEAF_SIZE, threads: int | None = None) 
     return Tree(rows[:, 3].astype(np.int64), first, last, child, task, begin, end, above, leaf_size)
 
 
+def box(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The corners (3,) of the box around positions (N, 3)."""
+    low, high = np.empty(3), np.empty(3)
+    _extents(position, 0, len(position), low, high)
+    return low, high
+
+
 def _parents(child: np.ndarray) -> np.ndarray:
     parent = np.zeros(len(child), np.int32)
     inner = np.flatnonzero(child)
@@ -116,7 +123,7 @@ def _tasks(
     return task, child[task], child[task] + 2 * below - 2, np.flatnonzero(~small)
 
 
-@njit(fastmath={"nsz"}, **PART)
+@njit(fastmath={"nsz"}, **ENTRY)
 def _extents(rows, first, last, low, high):
     # Side by side, as vectors have them; NaN is left out.
     low_x = low_y = low_z = np.inf

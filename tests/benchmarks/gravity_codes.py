@@ -215,7 +215,7 @@ def unsoftened(points: PointSet, sample: np.ndarray) -> np.ndarray:
 
 ANGLES = (1.0, 0.7, 0.5, 0.35, 0.25)
 OURS = Code(
-    "astroinertia", "astroinertia", (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), multipole_sum,
+    "astroinertia", "astroinertia", (3e-3, 1e-3, 6e-4, 3e-4, 2e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6), multipole_sum,
     kernel_softened,
 )  # fmt: skip
 DIRECT = Code("astroinertia direct", "astroinertia", ("mixed", "float64"), direct_sum, kernel_softened, 200_000)
