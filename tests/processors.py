@@ -29,7 +29,6 @@ from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_passes import virial_effects
 from astroinertia.engines.terms import argument_names
 from astroinertia.gravity import multipole
-from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from tests.full_results import LEVELS
 
@@ -111,8 +110,7 @@ def sums_of_a_step(precision):
     found |= {f"direct {key}": value for key, value in direct.items()}
     strength = np.linalg.norm(direct["acceleration"], axis=1)
     particles = multipole._Particles(mass, position, lengths, None, precision, None)
-    both = particles.sums(ORDER, TOLERANCE, multipole.OPENING, strength), particles.softening(KERNEL)
-    fast = [points + softening for points, softening in zip(*both, strict=True)]
+    fast = particles.sums(ORDER, TOLERANCE, multipole.OPENING, strength, KERNEL)
     found |= dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
     return found | sums_of_few(fields)
 
@@ -137,12 +135,10 @@ def programs():
     for precision in PRECISIONS:
         made = [
             numba_modules.density_pass(KERNEL, precision, True)[0],
-            *(
-                numba_modules.neighbour_pass(KERNEL, terms, precision, False).module
-                for terms in (TERMS, (SOFTENED_LESS_POINT,))
-            ),
+            numba_modules.neighbour_pass(KERNEL, TERMS, precision, False).module,
             numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False).module,
             multipole._module(ORDER, precision),
+            multipole._softening(KERNEL, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}
     few = [

@@ -45,7 +45,7 @@ SHAKEN = 0.35  # of the size: what falls to it against pressure is followed as s
 STABLE = 4.0 / 3.0  # exponent, below which pressure does not hold what collapses
 LEAST_LEFT = 1e-9  # of a cooling time that falls to nothing
 NOTICED = 1e-3  # of a cooling time, a change that makes moments dense
-SMALLEST, FARTHEST = 0.02, 1e30  # sizes: a body that nothing holds up becomes something else; powers are still numbers
+SMALLEST = 0.02  # size: a body that nothing holds up becomes something else
 
 
 def counted(scene: Scene) -> Counts | None:
@@ -161,7 +161,7 @@ def similar(scene: Scene, start: Shells, end: float) -> Course | None:
         grown = torn.grown(scene.effects.get("tide"), code_units(scene), index, mass, radius, end)
         if grown is not None:
             times, sizes, entropy = *grown, np.ones_like(grown[0])
-        sizes = np.minimum(sizes, FARTHEST)
+        sizes = np.minimum(sizes, shells.FARTHEST)
         return Course(times, sizes, np.gradient(sizes, times), entropy)
     if start.field is not None and zone.pressure > 0.0:
         return None  # whose pull goes with the size otherwise than gravity's
@@ -172,7 +172,7 @@ def similar(scene: Scene, start: Shells, end: float) -> Course | None:
     times, sizes, speeds = path.time, np.maximum(path.size, SMALLEST), path.speed
     if times[-1] < end:  # it has fallen together, or nothing acts any more
         last = max(float(speeds[-1]), 0.0) if sizes[-1] > 1.0 else 0.0
-        sizes = np.append(sizes, min(sizes[-1] + last * (end - times[-1]), FARTHEST))
+        sizes = np.append(sizes, min(sizes[-1] + last * (end - times[-1]), shells.FARTHEST))
         times, speeds = np.append(times, end), np.append(speeds, last)
     return Course(times, sizes, speeds, np.ones_like(times))
 

@@ -22,6 +22,7 @@ EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre
 SQUEEZED = 1.01  # by which the exponent of the pressure is found
+FARTHEST = 1e30  # of the first size: powers of it are still numbers
 LEAST = 1e-300  # of what something is divided by
 QUADRATIC, LINEAR = 1.0, 0.3  # viscosity, in squares of what a shell is crossed by, and in sound
 
@@ -139,7 +140,7 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         before = 1.0 / density
         edges = edges + dt * speed
         volumes = _volumes(edges)
-        if not (_differences(edges) > 0.0).all():
+        if not (_differences(edges) > 0.0).all() or edges[-1] > FARTHEST * shells.radius[-1]:
             break
         if shells.thermal is not None:
             heat = np.maximum(heat - (thermal + viscous) * (volumes / mass - before), 0.0)
