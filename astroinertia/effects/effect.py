@@ -90,7 +90,7 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
         for each in numbers:
             if (shape := np.shape(each)) not in allowed:
                 raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {allowed[0]}.")
-        time = getattr(acted_on, "time", None)  # plans ask for time steps outside a run
+        time: Any = getattr(acted_on, "time", None)  # plans ask for time steps outside a run
         in_a_run = name in _OF_PARTICLES and time is not None and is_known(time)
         if in_a_run and not _finite(name, numbers) and _is_well(acted_on):
             raise NumericalError(f"the effect '{kind}' {given} that is not finite", effect=kind, time=float(time))
