@@ -90,10 +90,12 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
         for each in numbers:
             if (shape := np.shape(each)) not in allowed:
                 raise SceneError(f"the effect '{kind}' {given} of the shape {shape}, not {allowed[0]}.")
-        time: Any = getattr(acted_on, "time", None)  # plans ask for time steps outside a run
-        in_a_run = name in _OF_PARTICLES and time is not None and is_known(time)
+        # Plans ask for time steps outside a run.
+        in_a_run = name in _OF_PARTICLES and hasattr(acted_on, "time") and is_known(acted_on.time)
         if in_a_run and not _finite(name, numbers) and _is_well(acted_on):
-            raise NumericalError(f"the effect '{kind}' {given} that is not finite", effect=kind, time=float(time))
+            raise NumericalError(
+                f"the effect '{kind}' {given} that is not finite", effect=kind, time=float(acted_on.time)
+            )
         return tuple(numbers) if name == "exchange" else numbers[0]
 
     return checked
