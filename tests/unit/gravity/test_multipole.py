@@ -186,6 +186,8 @@ def test_few_particles_and_unknown_positions_come_to_an_end():
         (100, 1e-5, "mixed", False),
         (100, 2e-4, "float64", True),
         (multipole.CARRIED + 1, 2e-4, "mixed", True),
+        (multipole.MANY, 2e-4, "mixed", True),
+        (multipole.MANY, 3e-4, "mixed", True),
         (multipole.CARRIED + 1, 2e-4, "float64", False),
     ],
 )
@@ -203,5 +205,6 @@ def test_records_take_the_program_of_steps_where_coarse_errors_do(monkeypatch, c
     multipole.gravity(*given, None, accuracy, np.ones(count), 1, own, precision)
     multipole.virial(*given, accuracy, np.ones(count), 1, own, precision)
     step, record = asked
+    assert step[0] == (7 if accuracy < 6e-5 or (count >= multipole.MANY and accuracy < 2.5e-4) else 5)
     assert record[:2] == (step[:2] if same else (7, "float64"))
     assert record[2] < 0.2 * step[2] or not same
