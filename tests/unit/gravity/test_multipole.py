@@ -207,4 +207,4 @@ def test_records_take_the_program_of_steps_where_coarse_errors_do(monkeypatch, c
     step, record = asked
     assert step[0] == (7 if accuracy < 6e-5 or (count >= multipole.MANY and accuracy < 2.5e-4) else 5)
     assert record[:2] == (step[:2] if same else (7, "float64"))
-    assert record[2] < 0.2 * step[2] or not same
+    assert record[2] < step[2] / multipole.CLOSER or not same
