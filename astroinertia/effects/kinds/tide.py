@@ -86,7 +86,10 @@ class Tide(Effect):
         return ((xp.cos(anomaly) - e) * pericentre + sideways * across) / (1.0 - e)
 
     def velocity(self, xp, fluid):
-        """dX/dt at the fluid's time, (3,): (mu/p)^(1/2) (-sin f, e + cos f) with the true anomaly f, p = q (1 + e)."""
+        """dX/dt at the fluid's time, (3,): (mu/p)^(1/2) (-sin f, e + cos f) with the true anomaly f, p = q (1 + e).
+
+        Bate, Mueller & White 1971, Fundamentals of Astrodynamics, eq. 2.5-4.
+        """
         pericentre = xp.asarray(self.position)
         if not self.potential_moves:
             return xp.zeros(3)
