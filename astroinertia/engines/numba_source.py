@@ -155,9 +155,14 @@ class _Translation(ast.NodeTransformer):
             if not isinstance(exponent, int) or exponent < 1:
                 raise self._refusal(node, "a power whose exponent is not a positive whole number")
             return ast.Call(ast.Name(self.sources.power(exponent), ast.Load()), [self.visit(node.left)], [])
-        over_r = isinstance(node.op, ast.Div) and isinstance(node.right, ast.Name) and node.right.id == "r"
-        if self.reciprocal and over_r and isinstance(node.left, ast.Constant) and node.left.value == 1:
-            return ast.Name("inverse_r", ast.Load())
+        if isinstance(node.op, ast.Div):
+            over_r = isinstance(node.right, ast.Name) and node.right.id == "r"
+            if self.reciprocal and over_r and isinstance(node.left, ast.Constant) and node.left.value == 1:
+                return ast.Name("inverse_r", ast.Load())
+            divisor = node.right.value if isinstance(node.right, ast.Constant) else None
+            if isinstance(divisor, Real) and divisor and not isinstance(node.left, ast.Constant):
+                # Processors multiply in a fraction of the time.
+                return ast.BinOp(self.visit(node.left), ast.Mult(), self._number(node, 1.0 / divisor))
         return self.generic_visit(node)
 
     def _is_namespace(self, node: ast.AST) -> bool:

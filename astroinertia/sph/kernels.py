@@ -14,7 +14,7 @@ equations 6 to 8). Wendland's C2, C4, C6 for three dimensions (Dehnen & Aly 2012
 Forms are chosen for accuracy. Near the origin the potentials are polynomials in q; further out they are -1/q plus
 products of truncated powers with positive coefficients, which vanish at the support and beyond, so that nothing large
 is ever subtracted. The outer form is guarded at half its lower knot, not at the knot, where a maximum has no
-derivative.
+derivative. Potential and gradient both multiply by 1/p, so that one division serves them.
 `tests/unit/sph/test_kernels.py` holds every function to the mass integral and to exact rationals.
 
 The functions are plain: arithmetic and xp.where, xp.maximum only, literals only, so that an engine can compile their
@@ -132,7 +132,7 @@ def cubic_phi(xp, q):
     p = xp.maximum(q, 0.5)
     t = xp.maximum(0.0, 2.0 - p)
     t2 = t * t
-    outer = (t2 * t2 * t * (p + t / 3.0) * 0.05 - 1.0) / p
+    outer = (t2 * t2 * t * (p + t / 3.0) * 0.05 - 1.0) * (1.0 / p)
     return xp.where(q < 1.0, inner, outer)
 
 
@@ -143,7 +143,8 @@ def cubic_dphi(xp, q):
     p = xp.maximum(q, 0.5)
     t = xp.maximum(0.0, 2.0 - p)
     t2 = t * t
-    outer = (1.0 - t2 * t2 * (p * p * 0.25 + t * (p * 0.1 + t / 60.0))) / (p * p)
+    inverse = 1.0 / p
+    outer = (1.0 - t2 * t2 * (p * p * 0.25 + t * (p * 0.1 + t / 60.0))) * (inverse * inverse)
     return xp.where(q < 1.0, inner, outer)
 
 
@@ -190,7 +191,7 @@ def quartic_phi(xp, q):
     b2 = b * b
     far_knot = a2 * a2 * a2 * (p + 2.0 / 7.0 * a)
     near_knot = b2 * b2 * b2 * (p + 2.0 / 7.0 * b)
-    outer = ((far_knot - 5.0 * near_knot) / 150.0 - 1.0) / p
+    outer = ((far_knot - 5.0 * near_knot) / 150.0 - 1.0) * (1.0 / p)
     return xp.where(q < 0.5, inner, outer)
 
 
@@ -206,7 +207,8 @@ def quartic_dphi(xp, q):
     b2 = b * b
     far_knot = a2 * a2 * a * (p2 / 5.0 + a * (p / 15.0 + a / 105.0))
     near_knot = b2 * b2 * b * (p2 / 5.0 + b * (p / 15.0 + b / 105.0))
-    outer = (1.0 - (far_knot / 5.0 - near_knot)) / p2
+    inverse = 1.0 / p
+    outer = (1.0 - (far_knot / 5.0 - near_knot)) * (inverse * inverse)
     return xp.where(q < 0.5, inner, outer)
 
 
@@ -256,7 +258,7 @@ def quintic_phi(xp, q):
     b2 = b * b
     far_knot = a2 * a2 * a2 * a * (p + 0.25 * a)
     near_knot = b2 * b2 * b2 * b * (p + 0.25 * b)
-    outer = ((far_knot - 6.0 * near_knot) / 1260.0 - 1.0) / p
+    outer = ((far_knot - 6.0 * near_knot) / 1260.0 - 1.0) * (1.0 / p)
     return xp.where(q < 1.0, inner, outer)
 
 
@@ -272,7 +274,8 @@ def quintic_dphi(xp, q):
     b2 = b * b
     far_knot = a2 * a2 * a2 * (p2 / 6.0 + a * (p / 21.0 + a / 168.0))
     near_knot = b2 * b2 * b2 * (p2 / 6.0 + b * (p / 21.0 + b / 168.0))
-    outer = (1.0 - (far_knot - 6.0 * near_knot) / 30.0) / p2
+    inverse = 1.0 / p
+    outer = (1.0 - (far_knot - 6.0 * near_knot) / 30.0) * (inverse * inverse)
     return xp.where(q < 1.0, inner, outer)
 
 
@@ -308,7 +311,7 @@ def wendland_c2_phi(xp, q):
     x = 0.5 * p
     t = xp.maximum(0.0, 1.0 - x)
     t2 = t * t
-    outer = (t2 * t2 * t2 * (1.0 + x * (3.0 + 3.0 * x)) - 1.0) / p
+    outer = (t2 * t2 * t2 * (1.0 + x * (3.0 + 3.0 * x)) - 1.0) * (1.0 / p)
     return xp.where(q < 0.6, inner, outer)
 
 
@@ -321,7 +324,8 @@ def wendland_c2_dphi(xp, q):
     x = 0.5 * p
     t = xp.maximum(0.0, 1.0 - x)
     t2 = t * t
-    outer = (1.0 - t2 * t2 * t * (1.0 + x * (5.0 + x * (15.0 + 21.0 * x)))) / (p * p)
+    inverse = 1.0 / p
+    outer = (1.0 - t2 * t2 * t * (1.0 + x * (5.0 + x * (15.0 + 21.0 * x)))) * (inverse * inverse)
     return xp.where(q < 0.6, inner, outer)
 
 
@@ -360,7 +364,7 @@ def wendland_c4_phi(xp, q):
     t = xp.maximum(0.0, 1.0 - x)
     t2 = t * t
     t4 = t2 * t2
-    outer = (t4 * t4 * (1.0 + x * (4.5625 + x * (8.5 + 6.5625 * x))) - 1.0) / p
+    outer = (t4 * t4 * (1.0 + x * (4.5625 + x * (8.5 + 6.5625 * x))) - 1.0) * (1.0 / p)
     return xp.where(q < 0.6, inner, outer)
 
 
@@ -375,7 +379,8 @@ def wendland_c4_dphi(xp, q):
     t = xp.maximum(0.0, 1.0 - x)
     t2 = t * t
     beyond = t2 * t2 * t2 * t * (1.0 + x * (7.0 + x * (28.0 + x * (63.375 + 65.625 * x))))
-    return xp.where(q < 0.6, inner, (1.0 - beyond) / (p * p))
+    inverse = 1.0 / p
+    return xp.where(q < 0.6, inner, (1.0 - beyond) * (inverse * inverse))
 
 
 def wendland_c6_w(xp, q):
@@ -415,7 +420,7 @@ def wendland_c6_phi(xp, q):
     t2 = t * t
     t4 = t2 * t2
     beyond = t4 * t4 * t2 * (1.0 + x * (6.171875 + x * (16.71875 + x * (23.671875 + 15.0 * x))))
-    return xp.where(q < 0.6, inner, (beyond - 1.0) / p)
+    return xp.where(q < 0.6, inner, (beyond - 1.0) * (1.0 / p))
 
 
 def wendland_c6_dphi(xp, q):
@@ -430,7 +435,8 @@ def wendland_c6_dphi(xp, q):
     t2 = t * t
     t4 = t2 * t2
     beyond = t4 * t4 * t * (1.0 + x * (9.0 + x * (45.0 + x * (136.5625 + x * (239.0625 + 195.0 * x)))))
-    return xp.where(q < 0.6, inner, (1.0 - beyond) / (p * p))
+    inverse = 1.0 / p
+    return xp.where(q < 0.6, inner, (1.0 - beyond) * (inverse * inverse))
 
 
 # fmt: off
