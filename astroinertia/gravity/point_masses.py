@@ -12,6 +12,7 @@ from astroinertia.engines.pytree import pytree
 
 Array = Any
 NEVER = 1e-60  # the square of a rate, in code units, that limits nothing
+UNNOTICED = 1e-3  # of the speed of sound: a pass that changes a velocity by less need not be resolved
 
 
 @pytree
@@ -39,15 +40,21 @@ class PointMasses:
             total = total + attraction(xp, self.position, other.mass, other.position, soft, alone=other is self)
         return total
 
-    def meeting_time(self, xp: Any, everyone: Iterable["PointMasses"]) -> Array:
-        """The shortest time scale of the orbits of two point masses, one of these among them, a scalar."""
-        rate = xp.zeros(())
+    def meeting_time(self, xp: Any, everyone: Iterable["PointMasses"], sound_speed: Array) -> Array:
+        """The shortest time scale of the orbit or the pass of two point masses, one of these among them, a scalar.
+
+        sound_speed: of the coldest of the fluid; a pass that changes velocities by less than UNNOTICED of it is no
+        limit.
+        """
+        rate, noticed = xp.zeros(()), (UNNOTICED * sound_speed) ** 2
         for other in everyone:
             for k in range(other.mass.shape[0]):
-                squared = xp.sum((self.position - other.position[k]) ** 2, axis=1)
-                squared = squared + self.softening**2 + other.softening**2
-                pair = (self.mass + other.mass[k]) / xp.where(squared > 0.0, squared, 1.0) ** 1.5
-                same = xp.arange(len(pair)) == (k if other is self else -1)
+                away, relative = self.position - other.position[k], self.velocity - other.velocity[k]
+                squared = xp.sum(away**2, axis=1) + self.softening**2 + other.softening**2
+                same = xp.arange(len(squared)) == (k if other is self else -1)
+                squared = xp.where(same | (squared <= 0.0), 1.0, squared)
+                mass = self.mass + other.mass[k]
+                pair = xp.maximum(mass / squared**1.5, passing_rate(xp, away, relative, squared, mass, noticed))
                 rate = xp.maximum(rate, xp.max(xp.where(same, 0.0, pair), initial=0.0))
         return 1.0 / xp.sqrt(rate + NEVER)
 
@@ -147,6 +154,24 @@ def orbital_time(xp: Any, position: Array, mass: Array, place: Array, softening_
         squared = xp.sum((position - place[k]) ** 2, axis=1) + softening_squared
         rate = xp.maximum(rate, mass[k] / squared**1.5)
     return 1.0 / xp.sqrt(rate + NEVER)
+
+
+def passing_rate(
+    xp: Any, away: Array, relative: Array, squared: Array, mass: Array, noticed_squared: Array
+) -> Array:  # fmt: skip
+    """The square of the rate w/(d^2 + s^2)^(1/2) at which points pass each other, (N,).
+
+    away, relative: their separations and relative velocities w, (N, 3); squared: d^2 + s^2, (N,); mass: what attracts,
+    () or (N,). On a straight line they come as near as b = |d x w|/w, or are there already and go away, and the
+    velocity changes by M/(b w) or so (Binney & Tremaine 2008, eq. 1.30). Where that is below a speed, noticed_squared
+    its square, the rate is lower by as much. Tests: tests/unit/effects/test_passes.py.
+    """
+    speed_squared = xp.sum(relative**2, axis=1)
+    approach = xp.minimum(xp.sum(away * relative, axis=1), 0.0)
+    moment = xp.maximum(squared * speed_squared - approach**2, 0.0)  # (b w)^2
+    strength = mass**2
+    unnoticed = xp.maximum(strength, noticed_squared * moment)
+    return speed_squared / squared * strength / (unnoticed + NEVER)
 
 
 def _weight(xp: Any, position: Array, place: Array, softening_squared: Array, alone: int | None = None) -> Any:

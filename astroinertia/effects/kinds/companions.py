@@ -89,7 +89,9 @@ class Companions(Effect):
         times = time_beside(xp, fluid, mass, place, fluid.points[self.kind].velocity, softening)
         if self.motion == "orbit":
             return times
-        return xp.minimum(times, fluid.points[self.kind].meeting_time(xp, fluid.point_masses))
+        return xp.minimum(
+            times, fluid.points[self.kind].meeting_time(xp, fluid.point_masses, xp.min(fluid.sound_speed))
+        )
 
     def recorded(self, state):
         """The companions' own orbits, and those of each about the body as two points, m = M_k M/(M_k + M)."""

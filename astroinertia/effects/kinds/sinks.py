@@ -62,7 +62,7 @@ class Sinks(Effect):
         fall = xp.sqrt(self.radius**3 / xp.max(sinks.mass))
         mass, place, softening = self.points(fluid)
         times = xp.minimum(time_beside(xp, fluid, mass, place, sinks.velocity, softening), fall)
-        return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses))
+        return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses, xp.min(fluid.sound_speed)))
 
     def recorded(self, state):
         """The sinks, one a row (NaN where there are fewer than the most), and what they have taken from the fluid."""
