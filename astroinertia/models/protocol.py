@@ -1,11 +1,20 @@
 """What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 Record = dict[str, Any]
+
+
+class GivenUp(Exception):
+    """A step under way has been given up: the body is what it was before it."""
+
+
+def never() -> bool:
+    """No step is given up."""
+    return False
 
 
 class Figures(NamedTuple):
@@ -102,6 +111,14 @@ class Through(Protocol):
         `advance` must see to something first.
         """
         ...
+
+
+@runtime_checkable
+class GivesUp(Protocol):
+    """What an evolution may offer besides: to give up a step that takes long, so that a run need not wait for it."""
+
+    to_give_up: Callable[[], bool]
+    """Asked between the parts of a step before which `resumable` was true; if so, `advance` raises GivenUp."""
 
 
 @runtime_checkable

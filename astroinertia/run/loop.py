@@ -31,7 +31,7 @@ from astroinertia.engines import hosts
 from astroinertia.engines.double import in_double
 from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.models.protocol import Figures, Through
+from astroinertia.models.protocol import Figures, GivenUp, GivesUp, Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
@@ -226,6 +226,8 @@ class _Run:
         self.could_stop, self.saving = self.opened, 0.0
         self.stopping: list[str] = []
         self.several, self.callback = hosts.several(), callback
+        if isinstance(self.body, GivesUp) and not self.several:
+            self.body.to_give_up = self._gives_up
         if callback is not None and self.counters["series"]:
             callback.begin(self.body.time, self.body.steps)
         for kind in ("series", "snapshot"):
@@ -258,7 +260,10 @@ class _Run:
                 if cause:
                     raise self._failure() or self._stopped(cause)
             if not self._through():
-                self._advance()
+                try:
+                    self._advance()
+                except GivenUp:
+                    continue
                 self._record(force=self._ended())
             if self.pace.due(now := clock.monotonic()):
                 self.pace.note(now, self._done())
@@ -307,6 +312,13 @@ class _Run:
         now = clock.monotonic()
         lately, self.could_stop = now - self.could_stop, now
         return now + MARGIN * (lately + self.saving) >= self.deadline
+
+    def _gives_up(self) -> bool:
+        """Whether a step under way, which may take hours, is given up for the run to be stopped; who listens hears."""
+        self._tell(force=False)
+        if not self.stopping and self._late():
+            self.stopping.append(LIMIT)
+        return bool(self.stopping)
 
     def _advance(self) -> None:
         with self._said_in_si():

@@ -4,6 +4,7 @@ A pass over pairs has the active particles as its targets and all particles as i
 both are active.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from astroinertia.engines.elementwise import added, elementwise
 from astroinertia.engines.terms import PairTerm, argument_names
 from astroinertia.ledger.moments import Whole, after_heating
+from astroinertia.models.protocol import never
 from astroinertia.models.sph import evaluate, kick_drift, points, sorting
 from astroinertia.models.sph.evaluate import Sums
 from astroinertia.models.sph.heat import Exchange, Heat, compression, entropy_gain, exchanged
@@ -96,7 +98,7 @@ class BlockStep:
     set) and body (accelerations that come with the base step alone).
     body: the mass, place and velocity of the whole body; pairs: the engine's arrangement with lists of neighbours;
     tally: what was done so far; whole: whether these are all particles of the body; looked: when what is on its way was
-    looked for.
+    looked for; to_give_up: whether the base step is to be given up.
     """
 
     problem: Problem
@@ -110,6 +112,7 @@ class BlockStep:
     whole: bool = True
     pairs: Any = None
     looked: float = 0.0
+    to_give_up: Callable[[], bool] = never
 
     @property
     def time(self) -> float:

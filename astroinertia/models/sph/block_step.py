@@ -9,6 +9,7 @@ the global one.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.models.protocol import GivenUp, never
 from astroinertia.models.sph import (
     active as parts,
     evaluate,
@@ -74,10 +76,11 @@ class Taken:
 
 def step(
     problem: Problem, arrangement: Arrangement, state: State, until: float, longest: float = math.inf,
-    rung: Array | None = None,
+    to_give_up: Callable[[], bool] = never, rung: Array | None = None,
 ) -> tuple[State, Arrangement, Taken]:  # fmt: skip
     """One base step, not past `until` and no longer than `longest`; the global one where several rungs do not pay.
 
+    to_give_up: asked wherever intervals begin; if so, GivenUp is raised, and the state given is what it was.
     rung: (N,) those with which it lasts until then; None where limits decide.
     """
     limits, remaining = own_limits(problem, state.rates), until - float(state.time)
@@ -93,7 +96,7 @@ def step(
         else:
             base = towards(remaining, longest)
         if rung.any():  # type: ignore[union-attr]
-            return _split(problem, arrangement, lists, state, base, limits, apart, rung)
+            return _split(problem, arrangement, lists, state, base, limits, apart, rung, to_give_up)
     dt = towards(remaining, min(float(state.rates.timestep), longest))
     taken = Taken(np.array([len(limits)]), len(limits), 1)
     return global_steps.step(problem, arrangement, state, np.float64(dt)), arrangement, taken
@@ -101,13 +104,14 @@ def step(
 
 def _split(
     problem: Problem, arrangement: Arrangement, lists: Any, state: State, base: float, limits: Array, apart: Array,
-    rung: Array,
+    rung: Array, to_give_up: Callable[[], bool],
 ) -> tuple[State, Arrangement, Taken]:  # fmt: skip
     """A base step of that length with these rungs (N,), limits (N,) and those of them by what is on its way (N,).
 
     lists: the engine's arrangement with lists of neighbours.
     """
     block = opened(problem, arrangement, state, base, limits)
+    block.to_give_up = to_give_up
     block.pairs, block.more["contact"], block.looked = lists, apart, block.time
     everyone = np.arange(block.count)
     fluid = replace(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
@@ -124,6 +128,8 @@ def _carry_on(block: BlockStep, depth: int) -> None:
     """To the end of the interval of the rung `depth` that is under way, where nothing is evaluated yet."""
     finest = int(block.more["rung"].max())
     while True:
+        if block.to_give_up():
+            raise GivenUp
         inner = subcycle.depth_of_part(block, depth)
         if inner is None:
             parts.drift(block, block.clock.after(int(block.more["rung"].max())))

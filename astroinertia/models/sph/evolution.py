@@ -10,7 +10,7 @@ import numpy as np
 from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.protocol import Figures, Record
+from astroinertia.models.protocol import Figures, GivenUp, Record, never
 from astroinertia.models.sph.evaluate import effect_accelerations, turned
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
@@ -69,6 +69,7 @@ class Particles:
         self.regions, self.between, self.free_fall_factor = regions, between, free_fall_factor
         self._split = base_step is not None  # whether the last step was of several intervals, or is not known
         self.evaluations = 0  # of a particle, since this object was made
+        self.to_give_up: Callable[[], bool] = never
 
     @property
     def absent(self) -> Mapping[str, str]:
@@ -100,17 +101,21 @@ class Particles:
     def advance(self, until: float) -> None:
         """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`.
 
-        It meets times at which effects begin or end, too.
+        It meets times at which effects begin or end, too. GivenUp where a base step was given up half-way.
         """
-        longest = self.longest
+        longest, before = self.longest, (self.state, self.arrangement)
+        to_give_up = self.to_give_up if self.resumable else never
         stop, problem = self.stretch(until)
         dt = self.begin(stop, longest)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
                 try:
                     self.state, self.arrangement, taken = self.base_step(
-                        problem, self.arrangement, self.state, stop, longest
+                        problem, self.arrangement, self.state, stop, longest, to_give_up
                     )
+                except GivenUp:
+                    self.state, self.arrangement = before  # as it was not sorted yet, and is to be saved
+                    raise
                 except NumericalError as error:
                     raise self._too_short(error.message) from None
                 self.note, self._split = str(taken), taken.ends > 1

@@ -3,6 +3,8 @@
 import io
 import itertools
 import math
+import os
+import signal
 import subprocess
 import sys
 import threading
@@ -13,9 +15,11 @@ import pytest
 from rich.console import Console
 
 import astroinertia
+from astroinertia.errors import RunInterrupted
+from astroinertia.models.sph.evolution import Particles
 from astroinertia.run import loop
 from astroinertia.run.meter import Meter
-from astroinertia.scene.load import load_file
+from astroinertia.scene.load import load_file, loads
 from tests.sims import SIMS
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
@@ -129,3 +133,57 @@ def test_runs_of_several_threads_come_one_after_another(tmp_path):
         thread.join()
     assert len(order) == 3 * order.count("one") > 3
     assert sum(before != after for before, after in itertools.pairwise(order)) == 2
+
+
+BALL = """
+[[bodies]]
+kind = "uniform"
+particles = {count}
+mass = {mass}
+radius = {radius}
+relax = false
+specific_internal_energy = 0.1
+position = [{place}, 0.0, 0.0]
+"""
+# Damping ends the first step early: the second one is then of all the rungs that the tiny ball needs as it expands.
+MANY_RUNGS = (
+    'name = "apart"\nunits = "code"\n'
+    + BALL.format(count=120, mass=1.0, radius=1.0, place=0.0)
+    + BALL.format(count=16, mass=1e-9, radius=3e-5, place=5.0)
+    + '[equation_of_state]\nkind = "ideal"\n[effects.pressure]\n[effects.viscosity]\n'
+    + "[effects.damping]\ntime_scale = 1e6\nuntil = 1e-4\n"
+    + '[numerics]\ntimesteps = "individual"\nprecision = "float64"\n[time]\nend = 1.0\n'
+    + "[output]\nseries_every = 1.0\nsnapshot_every = 1.0\n"
+)
+
+
+@pytest.mark.parametrize("by", ["Ctrl-C", "its limit of wall time"])
+def test_a_run_is_stopped_within_a_base_step_and_goes_on_bit_for_bit(
+    by: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 12 rungs and more, so that it would not end for hours where there are many particles: it is taken again."""
+    monkeypatch.setattr(loop, "PAUSES", (0.0, 0.0))
+    monkeypatch.setattr(loop, "TELLING", math.inf)
+    notes: list[str] = []
+    figures = Particles.figures
+    monkeypatch.setattr(Particles, "figures", lambda body: notes.append(body.note) or figures(body))
+    whole: list[int] = []
+    expected = loop.run_scene(loads(MANY_RUNGS), tmp_path / "whole", lambda progress: whole.append(progress.step))
+    before, within = whole.index(1), 30
+    assert whole.count(1) > 2 * within, whole
+    assert max(len(note.split()) for note in notes) > 12
+
+    heard: list[int] = []
+
+    def listen(progress: loop.Progress) -> None:
+        heard.append(progress.step)
+        if by == "Ctrl-C" and len(heard) == before + within:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(loop._Run, "_late", lambda _: by != "Ctrl-C" and len(heard) >= before + within)
+        with pytest.raises(RunInterrupted, match=f"stopped by {by}"):
+            loop.run_scene(loads(MANY_RUNGS), tmp_path / "run", listen)
+    assert heard == whole[: before + within]
+    resumed = astroinertia.open(loop.resume(tmp_path / "run"))
+    assert resumed.drop_vars("wall_time").equals(astroinertia.open(expected).drop_vars("wall_time"))
