@@ -15,6 +15,7 @@ import functools
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -101,7 +102,7 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
         flat, kinds = _flat(arguments, count)
         loop, shapes = _each(function, kinds)
         results = [np.empty((count, *shape)) for shape in shapes]
-        if carry_out(loop, _workers(count), count, *flat, *(result.reshape(-1) for result in results)):
+        if carry_out(loop, _workers(count), count, *flat, *[result.ravel() for result in results]):
             return tuple(results)
     return tuple(_in_rows(parts, count) for parts in _numpy_values(function, arguments, count))
 
@@ -118,13 +119,15 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     if not _is_for_numpy(xp, arguments, count := _count(arguments)):
         shared, kinds = _flat(arguments, count)
         flat = [_flat(more, count) for more in cases]
-        loop, shapes = _sums(function, kinds, flat[0][1], len(cases))
-        widths = [WIDTHS[shape] for shape in shapes]
-        parts = np.zeros((len(cases), sum(widths), max(1, -(-count // CHUNK))))
+        loop, shapes, edges = _sums(function, kinds, flat[0][1], len(cases))
+        parts = np.zeros((len(cases), edges[-1], max(1, -(-count // CHUNK))))
         if carry_out(loop, _workers(count), count, *shared, *(a for more, _ in flat for a in more), parts):
             # Along the last axis numpy adds pairwise.
-            sums = np.split(parts.sum(axis=2), np.cumsum(widths)[:-1], axis=1)
-            return tuple(part.reshape(len(cases), *shape) for part, shape in zip(sums, shapes, strict=True))
+            sums = parts.sum(axis=2)
+            return tuple(
+                sums[:, first:last].reshape(len(cases), *shape)
+                for (first, last), shape in zip(pairwise(edges), shapes, strict=True)
+            )
     values = [_numpy_values(function, (*arguments, *more), count) for more in cases]
     return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
 
@@ -190,7 +193,10 @@ def _parts(value: Any) -> list[Array]:
 
 
 def _count(arguments: Sequence[Array]) -> int:
-    return next((len(a) for a in arguments if getattr(a, "ndim", 0)), 0)
+    for argument in arguments:
+        if getattr(argument, "ndim", 0):
+            return len(argument)
+    return 0
 
 
 def _rows(argument: Array, count: int) -> Array:
@@ -202,7 +208,7 @@ def _rows(argument: Array, count: int) -> Array:
 
 
 def _workers(count: int) -> int:
-    return max(1, min(available_threads(), count // ALONE))
+    return 1 if count < 2 * ALONE else min(available_threads(), count // ALONE)
 
 
 Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, None for a number
@@ -216,12 +222,12 @@ def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Ki
             flat.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
             kinds.append(WHOLE)
             continue
-        if type(argument) is float:
-            flat.append(argument)
+        if isinstance(argument, float):  # one of numpy's, too
+            flat.append(float(argument))
             kinds.append(None)
             continue
         array = _rows(argument, count)
-        flat.append(np.ascontiguousarray(array).reshape(-1) if array.ndim else float(array))
+        flat.append(array.ravel() if array.ndim else float(array))
         kinds.append(array.shape[1:] if array.ndim else None)
     return flat, tuple(kinds)
 
@@ -243,7 +249,10 @@ def _each(function: Callable, kinds: tuple) -> tuple[Callable, list[tuple[int, .
 
 
 @functools.lru_cache(maxsize=512)
-def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Callable, list[tuple[int, ...]]]:
+def _sums(
+    function: Callable, kinds: tuple, more: tuple, cases: int
+) -> tuple[Callable, list[tuple[int, ...]], list[int]]:  # fmt: skip
+    # The loop, the shape of each sum, and between which columns it is, with the end of the last one.
     shapes = _shapes(function, kinds + more)
     names, mine = [f"a{k}" for k in range(len(kinds))], [f"e{k}" for k in range(len(more))]
     sources = Sources(CALLS)
@@ -263,7 +272,8 @@ def _sums(function: Callable, kinds: tuple, more: tuple, cases: int) -> tuple[Ca
         theirs = [f"e{number}_{k}" for k in range(len(more))]
         every += theirs
         calls.append(f"sum_up({', '.join([str(number), 'chunk', 'first', 'last', 'parts', *names, *theirs])})")
-    return _compiled("totals", function, sources, [*every, "parts"], flags, calls, before), shapes
+    edges = [0, *accumulate(WIDTHS[shape] for shape in shapes)]
+    return _compiled("totals", function, sources, [*every, "parts"], flags, calls, before), shapes, edges
 
 
 def _compiled(

@@ -7,6 +7,7 @@ results have the same bits whatever the number of threads.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -141,7 +142,7 @@ class Engine:
 
         indices: ascending. Leaves are of the usual size, and never called stale.
         """
-        return _arrangement(tree.balanced_leaves(len(indices), LEAF_SIZE), np.inf)
+        return replace(_of_balanced_leaves(len(indices)), scratch={})
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
         """Whether the leaves have loosened so much that sorting particles again pays."""
@@ -388,6 +389,12 @@ def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
     groups = np.arange(max(leaves.count // GROUP, 1))
     everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups, np.arange(leaves.count))
     return Arrangement(leaves, first, last, everyone, volume, {})
+
+
+@lru_cache(maxsize=8)
+def _of_balanced_leaves(count: int) -> Arrangement:
+    # Nested sets of the same sizes follow each other.
+    return _arrangement(tree.balanced_leaves(count, LEAF_SIZE), np.inf)
 
 
 def _table(arrangement: Arrangement, rows: int, width: int) -> np.ndarray:

@@ -155,6 +155,12 @@ class BlockStep:
         else:
             self.state = replace(self.state, **{name: np.array(values)})
 
+    def room(self, name: str, *row: int) -> Array:
+        """The further array of that name, of rows (N, *row), in which there are zeros at first."""
+        if name not in self.more:
+            self.more[name] = np.zeros((self.count, *row))
+        return self.more[name]
+
     def under(self, prefix: str) -> dict[str, Array]:
         """The further arrays with a prefix, under what follows it."""
         dotted = prefix + "."
@@ -182,6 +188,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         "entropy_rate": rates.entropy_rate.copy(),
         "entropy_per_heat": problem.matter(state.material).state(np, fluid.density, fluid.entropy)[-1],
         "limit": limits.copy(),
+        "step_rate": 1.0 / limits,
         "own_limit": limits.copy(),
         "middle": np.full(len(mass), float(state.time)),  # the state is one at this time
         "rung": np.full(len(mass), -1),
@@ -292,15 +299,14 @@ def remembered(block: BlockStep, active: Array, sums: Sums, since: Array) -> Flu
 
 def keep_memories(block: BlockStep, active: Array, before: Fluid, fluid: Fluid) -> None:
     """The body's memories as those of the active particles have become, from a fluid before to one after."""
-    memory = dict(block.state.memory)
+    held, everyone = block.state.memory, block.chosen(active) is None
     for name, values in fluid.memory.items():
         if values is before.memory[name]:
             continue
-        if block.chosen(active) is None:
-            memory[name] = np.array(values)
+        if everyone:
+            held[name] = np.array(values)  # a base step has a dictionary of its own, as it has arrays
         else:
-            memory[name][active] = values
-    block.state = replace(block.state, memory=memory)
+            held[name][active] = values
 
 
 def neighbour_forces(block: BlockStep, fluid: Fluid, active: Array, spans: HalfIntervals) -> tuple[Sums, Sums]:
@@ -311,7 +317,7 @@ def neighbour_forces(block: BlockStep, fluid: Fluid, active: Array, spans: HalfI
         return {}, {}
     mine = evaluate.pair_fields(problem, fluid)
     for name in mine.keys() - evaluate.shared_fields(fluid).keys():
-        more.setdefault(f"field.{name}", np.zeros(block.count))[active] = mine[name]
+        block.room(f"field.{name}")[active] = mine[name]
     fields = {name: block.array(name) for name in ("mass", "position", "smoothing_length")}
     fields |= {"velocity": more["predicted"], **block.under("field")}
     closing, opening = np.zeros(block.count), np.full(block.count, -1.0)
@@ -338,6 +344,7 @@ def distant_forces(
 
     Where all are active the sums have all their outputs; else only accelerations, by inactive ones as before.
     """
+    everyone = fluid_of(block)
     whole_sums: Sums = {}
     impulses: dict[str, Array] = {}
     done: list[tuple[Array, Sums]] = []
@@ -346,7 +353,7 @@ def distant_forces(
         # What began when the last interval did often goes on.
         sums = next((sums for chosen, sums in done if np.array_equal(chosen, members)), before)
         if sums is None:
-            sums = _sums_of(block, active, members)
+            sums = _sums_of(block, everyone, active[members])
             done.append((members, sums))
         for effect, outputs in sums.items():
             impulse = weight * outputs["acceleration"]
@@ -374,20 +381,19 @@ def _by_all(block: BlockStep, active: Array, members: Array, sums: Sums, level: 
         name, chosen = f"distant.{effect}", active[members]
         outer = block.more.get(f"outer.{level}.{effect}")
         by_inactive = 0.0 if level == 0 or outer is None else outer[chosen]
-        distant = block.more.setdefault(name, np.zeros((block.count, 3)))
-        distant[chosen] = outputs["acceleration"] + by_inactive
+        block.room(name, 3)[chosen] = outputs["acceleration"] + by_inactive
     if level == 0:
         return sums
     return {effect: {"acceleration": block.more[f"distant.{effect}"][active]} for effect in sums}
 
 
-def _sums_of(block: BlockStep, active: Array, members: Array) -> Sums:
+def _sums_of(block: BlockStep, everyone: Fluid, chosen: Array) -> Sums:
     # The particles in a set act on each other alone.
-    problem, chosen = block.problem, active[members]
+    problem = block.problem
     whole = block.whole and len(chosen) == block.count
     if len(chosen) <= FEW and not whole:
         problem = block.direct
-    fluid: Any = Chosen(fluid_of(block), block.chosen(chosen))  # as much of a state as effects look at
+    fluid: Any = Chosen(everyone, block.chosen(chosen))  # as much of a state as effects look at
     arrangement = block.arrangement
     if not whole:
         pairs = problem.engine.subset(arrangement.pairs, chosen, fluid.smoothing_length)
@@ -474,7 +480,7 @@ def remember_outer(block: BlockStep, active: Array, beginning: list[tuple[Array,
             by_others = total[chosen] - sums[kind]["acceleration"] if rungs[-1] > 0 else None
             for k in rungs:
                 if k > 0:
-                    block.more.setdefault(f"outer.{k}.{kind}", np.zeros((block.count, 3)))[chosen] = by_others
+                    block.room(f"outer.{k}.{kind}", 3)[chosen] = by_others
 
 
 def stale(block: BlockStep) -> bool:

@@ -201,14 +201,15 @@ def _close(block: BlockStep) -> Rates:
 
 def _before_forces(block: BlockStep, active: Array) -> Sums:
     """Densities of active particles, the sums of the pass before the forces, and how long intervals may be."""
-    more, before = block.more, block.take("smoothing_length", active).copy()
+    before = block.take("smoothing_length", active).copy()
     parts.find_densities(block, active)
-    more["step_rate"] = 1.0 / more["limit"]
     sums = parts.gradients(block, active, NEIGHBOURHOOD)
     # The last evaluation's limit, shorter where matter has been compressed since.
     own = block.take("own_limit", active) * np.minimum(1.0, block.take("smoothing_length", active) / before)
     own = np.minimum(own, block.take("contact", active))
-    block.put("limit", active, _with_neighbours(own, sums))
+    limit = _with_neighbours(own, sums)
+    block.put("limit", active, limit)
+    block.put("step_rate", active, 1.0 / limit)
     return sums
 
 
@@ -236,7 +237,6 @@ def _to_activate(block: BlockStep, active: Array, sums: Sums, level: int) -> Arr
     resting = np.flatnonzero(more["rung"] == level - 1)
     if not len(resting):
         return resting
-    more["step_rate"] = 1.0 / more["limit"]
     names = ("mass", "position", "smoothing_length", "step_rate", "interval")
     engine, kernel = block.problem.engine, block.problem.kernel
     fields = {name: block.array(name) for name in names}
@@ -363,7 +363,7 @@ def own_limits(problem: Problem, rates: Rates, whole: bool = True) -> Array:
 
     Where particles are not the whole body, what limits that has limited the base step already.
     """
-    if not whole:
+    if not whole and _act_with_base(problem):
         problem = replace(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
     limits = np.full(len(rates.fluid.mass), np.inf)
     for limit in timesteps.particle_limits(problem, rates).values():

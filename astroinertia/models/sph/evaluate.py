@@ -163,14 +163,16 @@ def with_inertial_flow(problem: Problem, fluid: Fluid, sums: Sums) -> Sums:
 def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:
     """The fluid with what effects evolve for themselves, `since` () or (n,) after they last did."""
     for effect in problem.effects:
-        fluid = replace(fluid, memory={**fluid.memory, **effect.remember(problem.engine.xp, fluid, since)})
+        if found := effect.remember(problem.engine.xp, fluid, since):
+            fluid = replace(fluid, memory={**fluid.memory, **found})
     return fluid
 
 
 def with_memories_of_sums(problem: Problem, fluid: Fluid) -> Fluid:
     """The fluid with what effects keep of the sums over pairs for the next evaluation."""
     for effect in problem.effects:
-        fluid = replace(fluid, memory={**fluid.memory, **effect.remember_sums(problem.engine.xp, fluid)})
+        if found := effect.remember_sums(problem.engine.xp, fluid):
+            fluid = replace(fluid, memory={**fluid.memory, **found})
     return fluid
 
 

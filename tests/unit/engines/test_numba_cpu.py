@@ -527,6 +527,14 @@ def test_impulses_take_the_longer_intervals_of_a_pair_and_keep_momentum(referenc
     assert np.abs(impulse.sum(axis=0)).max() < 1e-15 * np.abs(impulse).sum()
 
 
+def test_subsets_of_one_size_share_leaves_and_no_memory(reference):
+    arrangement, solved, _ = reference
+    chosen = [np.arange(first, first + 100) for first in (0, 50)]
+    one, other = (Engine().subset(arrangement, some, solved.smoothing_length[some]) for some in chosen)
+    assert one.leaves is other.leaves and one.everyone is other.everyone
+    assert one.scratch is not other.scratch
+
+
 def test_lists_are_shared_by_passes_and_serve_positions_that_move_a_little(reference, monkeypatch):
     """Shared lists give what each pass by itself gives; made for longer lengths, they outlast moves."""
     monkeypatch.setattr(numba_cpu, "FEW", 0)  # who have no lists

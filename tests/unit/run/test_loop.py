@@ -20,6 +20,7 @@ from astroinertia.models.sph.evolution import Particles
 from astroinertia.run import loop
 from astroinertia.run.meter import Meter
 from astroinertia.scene.load import load_file, loads
+from tests.few_with_steps import MANY_RUNGS
 from tests.sims import SIMS
 
 pytestmark = pytest.mark.usefixtures("steps_differ")
@@ -133,28 +134,6 @@ def test_runs_of_several_threads_come_one_after_another(tmp_path):
         thread.join()
     assert len(order) == 3 * order.count("one") > 3
     assert sum(before != after for before, after in itertools.pairwise(order)) == 2
-
-
-BALL = """
-[[bodies]]
-kind = "uniform"
-particles = {count}
-mass = {mass}
-radius = {radius}
-relax = false
-specific_internal_energy = 0.1
-position = [{place}, 0.0, 0.0]
-"""
-# Damping ends the first step early: the second one is then of all the rungs that the tiny ball needs as it expands.
-MANY_RUNGS = (
-    'name = "apart"\nunits = "code"\n'
-    + BALL.format(count=120, mass=1.0, radius=1.0, place=0.0)
-    + BALL.format(count=16, mass=1e-9, radius=3e-5, place=5.0)
-    + '[equation_of_state]\nkind = "ideal"\n[effects.pressure]\n[effects.viscosity]\n'
-    + "[effects.damping]\ntime_scale = 1e6\nuntil = 1e-4\n"
-    + '[numerics]\ntimesteps = "individual"\nprecision = "float64"\n[time]\nend = 1.0\n'
-    + "[output]\nseries_every = 1.0\nsnapshot_every = 1.0\n"
-)
 
 
 @pytest.mark.parametrize("by", ["Ctrl-C", "its limit of wall time"])
