@@ -9,6 +9,7 @@ def test_the_front_holds_what_nothing_else_beats():
     cost = np.array([1.0, 2.0, 2.0, 3.0, 4.0, np.nan, 0.5])
     error = np.array([1e-1, 1e-2, 2e-2, 1e-2, 1e-3, 1e-9, np.nan])
     assert pareto(cost, error).tolist() == [True, True, False, False, True, False, False]
+    assert pareto(cost[::-1], error[::-1]).tolist() == [False, False, True, False, False, True, True]
 
 
 def test_the_front_is_that_of_a_direct_search():
@@ -24,6 +25,10 @@ def test_the_knee_is_where_more_cost_stops_to_pay():
     cost = np.array([1.0, 2.0, 4.0, 40.0, 400.0])
     error = np.array([1e-1, 1e-3, 1e-5, 5e-6, 4e-6])
     assert knee(cost, error) == 2
+    assert knee(cost[[4, 2, 0, 3, 1]], error[[4, 2, 0, 3, 1]]) == 1  # in any order
+    # Of x + y = 0.8 and 0.7 in scaled logarithms the second is farther from the line x + y = 1.
+    assert knee(10.0 ** np.array([0.0, 0.3, 0.6, 1.0]), 10.0 ** np.array([1.0, 0.5, 0.1, 0.0])) == 2
+    assert knee(10.0 ** np.array([0.0, 0.1, 0.4, 1.0]), 10.0 ** np.array([1.0, 0.6, 0.4, 0.0])) == 1
     assert knee(cost[:2], error[:2]) is None
     assert knee(np.array([1.0, 10.0, 100.0]), np.array([1.0, 0.9, 0.01])) is None  # bulges outwards
 
