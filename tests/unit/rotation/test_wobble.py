@@ -102,6 +102,26 @@ def test_the_nutation_of_the_moons_node_in_a_yielding_earth_with_a_fluid_core():
     assert abs(wobble.nutation_ratio(free * (1 + 1e-6), *planet)) > 1e3  # resonance
 
 
+def test_a_forced_nutation_solves_the_equations_of_mantle_and_core():
+    """Sasao, Okubo & Saito 1980, of wobbles m and m_f: angular momentum of the whole, and of the core, under a torque.
+
+    (sigma - e) m + (1 + sigma) (f m_f + c) = -e phi and sigma m + (1 + sigma + e_f) m_f + sigma c_f = 0, over the
+    moments A and A_f = f A, with c = kappa (m - phi) + f gamma m_f and c_f = gamma (m - phi) + beta m_f.
+    """
+    h, k, secular, share, core, gamma, beta = 0.2, 0.3 - 0.01j, 0.9, 0.3, 0.05, 0.02, 0.07
+    e = h / (1 - h)
+    kappa = e * k / secular
+    for in_space in (-0.3, 0.01, 0.4):
+        sigma = in_space - 1
+        equations = [
+            [sigma - e + in_space * kappa, in_space * share * (1 + gamma)],
+            [sigma * (1 + gamma), 1 + sigma + core + sigma * beta],
+        ]
+        pole = np.linalg.solve(equations, [in_space * kappa - e, sigma * gamma])[0]
+        found = wobble.nutation_ratio(2.0 * in_space, h, 2.0, k, secular, share, core, gamma, beta)
+        assert found == pytest.approx(pole / (-e / (sigma - e)), rel=1e-13)
+
+
 def test_anelasticity_at_its_reference_and_at_the_chandler_period():
     assert wobble.anelastic_love_number(200.0) == pytest.approx(-5.796e-4j, abs=1e-18)
     year = wobble.anelastic_love_number(365.25 * DAY)
@@ -148,7 +168,9 @@ def test_what_has_no_wobble_is_refused():
     for call, message in (
         (lambda: wobble.euler_frequency(1.0, 1.0), "below 1"),
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.94, 0.938), "no free wobble"),
+        (lambda: wobble.chandler_frequency(0.003, 1.0, 0.938, 0.938), "no free wobble"),
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.3, 0.94, 0.0), "share of the moment"),
+        (lambda: wobble.chandler_frequency(0.003, 1.0, 0.3, 0.94, 1.01), "share of the moment"),
         (lambda: wobble.wobble([0.0, 0.0], 1.0), "increase"),
         (lambda: wobble.wobble([0.0, 1.0], 1.0 - 0.1j), "damps"),
         (lambda: wobble.wobble([0.0, 1.0], 1.0, 0.0, [1.0]), "one value"),
