@@ -10,7 +10,8 @@ import numpy as np
 from astroinertia.orbits.kepler import time_from_pericentre
 
 _INSIDE = 1.0 - 1e-9  # of the radius: an orbit that grazes the body does not come within by a rounding
-_PULL = 6.0  # times m S^2/D^3 at most is the torque per mass on an orbit that reaches S, of a mass m at D > 2 S
+_APART = 2.0  # times S is D at least where the torque has a bound: nearer by, a mass may pass the orbit closely
+_PULL = 6.0  # times m S^2/D^3 at most is the torque per mass on an orbit that reaches S, of a mass m at such a D
 
 
 def pericentres_within(
@@ -19,7 +20,8 @@ def pericentres_within(
     """Distances (N,) of pericentres of companions that come from outside within `radius` before `end`; NaN of others.
 
     masses (N + 1,), of the body and its companions; place and velocity (N, 3) of these relative to the body; G is 1.
-    Two-body orbits, and only those that the pull of the other companions cannot lift off the body until then.
+    Two-body orbits, and only those that the pull of the other companions cannot lift off the body until then, all of
+    which stay twice as far out.
     """
     total = masses[0] + masses[1:]
     distance = np.linalg.norm(place, axis=1)
@@ -33,8 +35,10 @@ def pericentres_within(
         time, farthest = _way_in(total[k], energy[k], turning[k], distance[k], bool(inward[k]), radius)
         if not time <= end:
             continue
-        others = np.arange(len(total)) != k
+        others = (np.arange(len(total)) != k) & (masses[1:] > 0.0)
         least = np.fmax(np.where(np.isnan(nearest), distance, nearest), radius)[others]
+        if np.any(least < _APART * farthest):
+            continue
         torque = _PULL * farthest**2 * np.sum(masses[1:][others] / least**3)
         if _conic(total[k], energy[k], turning[k] + torque * time)[0] < _INSIDE * radius:
             found[k] = nearest[k]

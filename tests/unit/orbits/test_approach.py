@@ -9,6 +9,7 @@ import rebound
 
 from astroinertia.orbits import states
 from astroinertia.orbits.approach import pericentres_within
+from astroinertia.orbits.simulation import Companion, simulation
 
 RADIUS = 1.0
 
@@ -79,6 +80,43 @@ def test_what_others_pull_elsewhere_is_not_found(planet: float, comes: bool) -> 
     velocity = np.array([[0.0, -(((1.0 + planet) / 100.0) ** 0.5), 0.0], [0.0, 0.0, 0.0]])
     found = pericentres_within(masses, place, velocity, RADIUS, 1e4)
     assert np.isnan(found[0]) and np.isfinite(found[1]) == comes
+
+
+@pytest.mark.parametrize(("share", "comes"), [(0.99, True), (1.01, False)])
+def test_a_pull_that_can_just_lift_an_orbit_off_the_body_is_that_of_the_bound(share: float, comes: bool) -> None:
+    """6 m S^2/D^3 for the time of the fall adds what is lacking of R (2 E + 2 M/R)^(1/2), with which it grazes.
+
+    The companion comes in from S on an orbit of pericentre q and apocentre Q; the other begins at its own apocentre.
+    """
+    q, apocentre, start, away = 0.05, 25.0, 20.0, 100.0
+    a, e = 0.5 * (apocentre + q), (apocentre - q) / (apocentre + q)
+    momentum, energy = math.sqrt(a * (1.0 - e * e)), -0.5 / a
+    here, there = (math.acos((1.0 - r / a) / e) for r in (start, RADIUS))
+    time = a**1.5 * (here - e * math.sin(here) - there + e * math.sin(there))
+    lacks = RADIUS * math.sqrt(2.0 * (energy + 1.0 / RADIUS)) - momentum
+    other = share * lacks / (6.0 * start**2 / away**3 * time)
+    across = momentum / start
+    place = np.array([[3.0 * away, 0.0, 0.0], [0.0, start, 0.0]])
+    fall = -math.sqrt(2.0 * (energy + 1.0 / start) - across**2)
+    velocity = np.array([[0.0, math.sqrt((1.0 + other) / (6.0 * away)), 0.0], [across, fall, 0.0]])
+    found = pericentres_within(np.array([1.0, other, 0.0]), place, velocity, RADIUS, 2.0 * time)
+    assert np.isnan(found[0]) and np.isfinite(found[1]) == comes
+
+
+def test_what_goes_round_a_companion_does_not_come_within_the_body() -> None:
+    """A probe of the Moon against its motion is at rest to the Earth's sides, and on no orbit of the Earth's."""
+    moon = Companion("moon", 0.0123, semi_major_axis=60.3)
+    probe = Companion("probe", 0.0, around="moon", semi_major_axis=0.7, inclination=math.pi)
+    bodies = simulation(1.0, [moon, probe])
+    found = pericentres_within(states.masses(bodies), *states.present(bodies), RADIUS, 2000.0)
+    assert np.isnan(found).all()
+    bodies.integrate(2000.0)
+    place = states.present(bodies)[0]
+    assert np.linalg.norm(place[1] - place[0]) == pytest.approx(0.7, rel=1e-3)
+    # From rest and beside a Moon without a mass it falls.
+    masses, places, speeds = states.masses(bodies) * [1.0, 0.0, 1.0], *states.present(bodies)
+    still = np.array([speeds[0], np.zeros(3)])
+    assert np.isfinite(pericentres_within(masses, places, still, RADIUS, 2000.0)[1])
 
 
 def test_an_orbit_that_grazes_the_body_is_not_found() -> None:
