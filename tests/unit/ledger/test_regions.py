@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import SceneError
+from astroinertia.inertia.tensor import inertia_tensor
 from astroinertia.ledger import regions as region_ledger
-from astroinertia.ledger.moments import after_drift, after_kick, moments, open_ledger
+from astroinertia.ledger.moments import Ledgers, after_drift, after_kick, moments, open_ledger, whole
 from astroinertia.models.sph import membership
 from astroinertia.scene import load
 from astroinertia.scene.plan import plan
@@ -80,6 +81,50 @@ def test_the_ledger_of_a_region_closes_while_its_members_change():
     assert np.abs(turned - by_effects).max() > 0.1 * size
 
 
+def test_the_ledgers_close_where_some_particles_are_kicked_and_places_are_rounded():
+    """As with individual steps: a body and a part of it, that move, kicked by two effects in parts and in turn."""
+    mass, position, velocity = cloud()
+    random = np.random.default_rng(3)
+    member = (random.random(60) < 0.5).astype(float)
+    region = region_ledger.open_region_ledger(mass, position, velocity, member, 2)
+    ledgers = Ledgers(open_ledger(np, mass, position, velocity, 2), {"part": region})
+    parts = {"body": mass, "part": mass * member}
+    energy = {name: 0.5 * (m @ (velocity**2).sum(axis=1)) for name, m in parts.items()}
+    sizes = {name: [] for name in parts}
+    for dt in (0.4, -0.4, 0.2):  # the second time is that of the largest tensor
+        active = random.random(60) < 0.5
+        increments = [random.normal(size=(active.sum(), 3)), -3.0 * position[active]]
+        before, about = velocity[active], whole(np, mass, position, velocity)
+        after = before + 0.1 * sum(increments)
+        kicked = mass[active], {"part": member[active]}, position[active], before, after, increments, 0.1, about
+        velocity[active] = after
+        position = position + dt * velocity
+        ledgers = ledgers.kicked(np, *kicked).drifted(np, dt).heated(np.array([0.0, dt]))
+        for name, m in parts.items():
+            sizes[name].append(np.linalg.norm(inertia_tensor(m, position)))
+    moved = position + 1e-9 * random.normal(size=position.shape)
+    after = whole(np, mass, moved, velocity)
+    for part in (active, ~active):
+        rounded = mass[part], {"part": member[part]}, position[part], moved[part], velocity[part], 0.0, after
+        ledgers = ledgers.rounded(np, *rounded)
+    before, moved = moved, moved + 0.1 * velocity + 1e-9 * random.normal(size=position.shape)
+    ledgers = ledgers.drifted(np, 0.1).rounded(np, mass, {"part": member}, before, moved, velocity, 0.1, None)
+    found = {"body": ledgers.body, "part": ledgers.regions["part"].ledger}
+    for name, m in parts.items():
+        direct = region_ledger.region_moments(m, moved, velocity, m > 0)
+        ledger = found[name]
+        for tensor, wanted in zip(
+            (ledger.second_moment, ledger.mixed_moment, ledger.kinetic_tensor), direct, strict=True
+        ):
+            np.testing.assert_allclose(tensor.total, wanted, rtol=0, atol=2e-14 * np.abs(wanted).max())
+        gain = 0.5 * (m @ (velocity**2).sum(axis=1)) - energy[name]
+        assert ledger.work.total.sum() == pytest.approx(gain, rel=1e-12)
+        started = np.linalg.norm(inertia_tensor(m, cloud()[1]))
+        assert ledger.largest_inertia == pytest.approx(max(sizes[name]), rel=1e-13)
+        assert np.argmax(sizes[name]) == 1 and max(sizes[name]) > started
+    assert ledgers.body.heating.total == pytest.approx([0.0, 0.2])
+
+
 def test_what_crosses_an_edge_is_the_difference_of_the_moments():
     """The flux, from those that enter and leave alone, against direct sums over all members before and after."""
     mass, position, velocity = cloud()
@@ -102,11 +147,17 @@ def test_a_region_may_be_empty_and_fill_again():
     pull = -0.1 * position
     region = region.kicked(np, mass * nobody, position, velocity, velocity + pull, [pull]).drifted(np, 0.1)
     assert not np.any(region.ledger.second_moment.total)
+    assert not np.any(region.ledger.largest_inertia)
     velocity = velocity + pull
     position = position + 0.1 * velocity
     region = region.exchanged(mass, position, velocity, nobody, everybody)
     assert np.allclose(region.ledger.mixed_moment.total, moments(mass, position, velocity)[1], rtol=0, atol=1e-14)
+    size = np.linalg.norm(inertia_tensor(mass, position))
+    assert region.ledger.largest_inertia == pytest.approx(size, rel=1e-14)
+    here = region.whole.centre
     region = region.exchanged(mass, position, velocity, everybody, nobody)
+    assert region.ledger.largest_inertia == pytest.approx(size, rel=1e-14)
+    assert np.array_equal(region.whole.centre, here)  # where its matter was last
     assert np.abs(region.ledger.second_moment.total).max() < 1e-14
     assert region.whole.mass == 0.0 and region.flux.mass == pytest.approx(0.0, abs=1e-15)
 
