@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from astroinertia.inertia import realise
+from astroinertia.inertia.gravity_field import inertia_field, particle_field
 from astroinertia.inertia.tensor import inertia_from_second_moment, inertia_tensor
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "inverse.json").read_text())
@@ -61,8 +62,18 @@ def test_mass_left_over_lies_at_the_centre():
     np.testing.assert_allclose(np.linalg.norm(places, axis=1), [2.0] * 4 + [0.0])
     assert relative(inertia_tensor(masses, places), inertia) < 1e-13
     assert len(realise.point_masses(inertia, mass=1.5, radius=2.0)[0]) == 4
+    assert realise.point_masses(inertia, mass=1.5 + 1e-9, radius=2.0)[0][4] == pytest.approx(1e-9, rel=1e-5)
     masses, places = realise.point_masses(np.zeros((3, 3)), mass=2.0)
     assert masses.tolist() == [2.0] and (places == 0).all()
+
+
+def test_a_plate_that_is_not_quite_flat_takes_four_points():
+    """Its thickness is far beyond round-off, and the points have it."""
+    inertia = turned([1.0, 0.5, 1e-9], 7)
+    masses, places = realise.point_masses(inertia, mass=2.0)
+    assert len(masses) == 4
+    second = np.linalg.eigvalsh(np.einsum("n,ni,nj->ij", masses, places, places))
+    np.testing.assert_allclose(second, [1e-9, 0.5, 1.0], rtol=1e-6)
 
 
 # Ellipsoids
@@ -150,6 +161,29 @@ def test_a_flattened_body_of_two_layers():
     np.testing.assert_allclose(found.densities, [11.0, 4.0], rtol=1e-12)
 
 
+def test_the_gravity_field_of_a_tilted_body_is_that_of_its_tensor_and_of_its_layers():
+    """Degree 2 from I; degree 4 from a cloud of points: in each layer those of a shell, moved to its ellipsoid."""
+    mass, inertia = layered((0.45,), (11.0, 4.0), 3)
+    found = realise.layered_ellipsoid(inertia, mass, (11.0, 4.0))
+    field = found.gravity_field(4, 2.0)
+    assert field.mass == pytest.approx(mass, rel=1e-12)
+    unnormalised, wanted = field.normalized("unnorm"), inertia_field(inertia, mass, 2.0).normalized("unnorm")
+    np.testing.assert_allclose(unnormalised[:, :3, :3], wanted, atol=1e-12)
+    # A Gauss rule in the cosine of the polar angle and even azimuths are exact to degree 4 on a sphere, and in radius.
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    angle = 2 * np.pi * (np.arange(8) + 0.5) / 8
+    across = np.sqrt(1 - nodes**2)
+    ball = np.stack([np.outer(across, np.cos(angle)), np.outer(across, np.sin(angle)), np.outer(nodes, 0 * angle + 1)])
+    radius, share = (nodes + 1) / 2, weights / 2
+    place = np.einsum("r,ipq->rpqi", radius, ball).reshape(-1, 3)
+    volume = (np.einsum("r,p->rp", share * radius**2, weights / 2)[..., None] / 8 * np.ones(8)).ravel() * 4 * np.pi
+    steps = zip(found.semi_axes, found.densities - np.append(found.densities[1:], 0.0), strict=True)
+    parts = [(density * axes.prod() * volume, place * axes @ found.axes) for axes, density in steps]
+    masses, places = (np.concatenate(each) for each in zip(*parts, strict=True))
+    cloud = particle_field(masses, places, 4, 2.0).normalized("unnorm")
+    np.testing.assert_allclose(unnormalised, cloud, rtol=0, atol=1e-12)
+
+
 # Refusals
 
 FLAT, SOLID = np.diag([1.0, 1.0, 2.0]), np.diag([1.0, 1.2, 1.4])
@@ -188,6 +222,8 @@ def test_impossible_tensors_are_refused_with_the_inequality(make):
         (lambda: realise.homogeneous_ellipsoid(SOLID, density=0.0), "density must be positive"),
         (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0,)), "two densities or more"),
         (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0, 1.0, 0.5), (0.5, 0.2)), "must be positive and ascend"),
+        (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0, 1.0, 0.5), (0.5, 0.5)), "must be positive and ascend"),
+        (lambda: realise.layered_ellipsoid(SOLID, 1.0, (2.0, 1.0, 0.5), (0.0, 0.5)), "must be positive and ascend"),
         (lambda: realise.two_layer_ellipsoid(SOLID, 1.0, 1.0, 1.0), "no core to be found"),
         (lambda: realise.two_layer_ellipsoid(np.eye(3) * 0.6, 1.0, 3 / (4 * np.pi), 0.1), r"0 < x\^2 < 1 fails"),
         (lambda: realise.two_layer_ellipsoid(np.eye(3) * 0.48, 1.0, 3 / (4 * np.pi), 0.3), r"density > 0 fails"),

@@ -272,6 +272,25 @@ def test_layers_of_a_sphere_add_up_and_hollows_are_holes():
     np.testing.assert_allclose(shapes.hollow_box(hollow.mass, 1, 2, 3, 0.3).inertia, hollow.inertia, rtol=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("limit", "known"),
+    [
+        (lambda s: s.annulus(2.0, 0.9, 0.9), lambda s: s.hoop(2.0, 0.9)),
+        (lambda s: s.thick_cylinder(2.0, 0.8, 0.8, 2.5), lambda s: s.thin_tube(2.0, 0.8, 2.5)),
+        (lambda s: s.thick_spherical_layer(2.0, 1.4, 1.4), lambda s: s.spherical_shell(2.0, 1.4)),
+        (lambda s: s.spherical_cap(2.0, 1.4, 2.8), lambda s: s.solid_sphere(2.0, 1.4)),
+        (lambda s: s.spherical_sector(2.0, 1.4, 2.8), lambda s: s.solid_sphere(2.0, 1.4)),
+        (lambda s: s.spherical_cap_shell(2.0, 1.4, 2.8), lambda s: s.spherical_shell(2.0, 1.4)),
+        (lambda s: s.hollow_box(2.0, 1.2, 0.5, 2.0, 0.25), lambda s: s.box(2.0, 1.2, 0.5, 2.0)),
+        (lambda s: s.capsule(2.0, 0.8, 0.0), lambda s: s.solid_sphere(2.0, 0.8)),
+        (lambda s: s.torus(2.0, 1.4, 1.4), lambda s: s.torus(2.0, 1.4, 1.4 * (1 - 1e-15))),
+        (lambda s: s.torus_shell(2.0, 1.4, 1.4), lambda s: s.torus_shell(2.0, 1.4, 1.4 * (1 - 1e-15))),
+    ],
+)
+def test_the_utmost_sizes_are_those_of_other_shapes(limit, known):
+    np.testing.assert_allclose(limit(shapes).inertia, known(shapes).inertia, rtol=1e-14, atol=1e-15)
+
+
 @given(st.integers(1, 15))
 def test_thin_walls_lose_no_digits(digits):
     outer, inner = 1.0, 1.0 - 10.0**-digits
@@ -333,7 +352,11 @@ def test_batches_and_precision(name):
         (lambda: shapes.hollow_box(1.0, 1.0, 1.0, 0.2, 0.11), "must not be thicker than half"),
         (lambda: shapes.torus(1.0, 1.0, 1.1), "must not be wider than its ring"),
         (lambda: shapes.spherical_cap(1.0, 1.0, 2.1), "must not exceed the diameter"),
+        (lambda: shapes.torus_shell(1.0, 1.0, 1.1), "must not be wider than its ring"),
+        (lambda: shapes.spherical_sector(1.0, 1.0, 2.1), "must not exceed the diameter"),
+        (lambda: shapes.spherical_cap_shell(1.0, 1.0, 2.1), "must not exceed the diameter"),
         (lambda: shapes.layered_sphere([1.0, 1.0], [2.0, 1.0]), "grow outwards"),
+        (lambda: shapes.layered_sphere([1.0, 1.0], [2.0, 2.0]), "grow outwards"),
         (lambda: shapes.ellipsoid(1.0, [1.0, 2.0]), r"must have shape \(..., 3\), not \(2,\)"),
         (lambda: shapes.tetrahedron(1.0, np.full((4, 3), np.inf)), "the vertices of a tetrahedron must be finite"),
         (lambda: shapes.polygon_plate(1.0, [[0, 0], [1, 1], [2, 2]]), "enclose no area"),
