@@ -90,6 +90,7 @@ def test_gadget_has_the_default_units_in_full_precision(run, one, tmp_path):
         assert header["NumPart_ThisFile"].tolist() == header["NumPart_Total"].tolist() == [64, 0, 0, 0, 0, 0]
         assert header["Time"] * (KPC / 1e3) == pytest.approx(float(one["snapshot_time"]), rel=1e-14)
         assert header["MassTable"].tolist() == [0.0] * 6
+        assert header["BoxSize"] == file["Parameters"].attrs["BoxSize"] == 0.0
         parameters = file["Parameters"].attrs
         assert parameters["Time_GYR"] * GIGAYEAR == pytest.approx(float(one["snapshot_time"]), rel=1e-14)
         constant = parameters["GravityConstantInternal"] * KPC / SUNS * 1e6
@@ -104,6 +105,10 @@ def test_swift_has_every_bit(run, one, tmp_path):
             np.testing.assert_array_equal(gas[written][:], values[name].values, err_msg=name)
         assert file["Header"].attrs["Time"].tolist() == [float(one["snapshot_time"])]
         assert file["Header"].attrs["NumPart_ThisFile"][0] == 64
+        widest = 2.0 * float(np.abs(one["position"]).max())  # a box about the origin, which is not periodic
+        assert file["Header"].attrs["BoxSize"].tolist() == [widest] * 3
+        assert file["Parameters"].attrs["InitialConditions:periodic"] == b"0"
+        assert file["PhysicalConstants"].attrs["newton_G"].tolist() == [METADATA["code_units"]["G"]]
         # SWIFT's h times its gamma of this kernel is the radius of the support
         support = gas["SmoothingLengths"][:] * 1.936492
         np.testing.assert_allclose(support, 2.0 * one["smoothing_length"], rtol=1e-15)
@@ -206,10 +211,16 @@ def test_the_box_of_a_periodic_run_is_reported(tmp_path):
     folder = finished(tmp_path / "boxed", {"scene": scene})
     with h5py.File(export(folder, "gadget", "0")[0]) as file:
         assert file["Header"].attrs["BoxSize"] * KPC == pytest.approx(2000.0, rel=1e-14)
+        assert file["Parameters"].attrs["BoxSize"] == file["Header"].attrs["BoxSize"]
         assert "SmoothingLength" not in file["PartType0"]  # the kernel is not known, and so not where it ends
     with h5py.File(export(folder, "swift", "0")[0]) as file:
         assert file["Header"].attrs["BoxSize"].tolist() == [2000.0] * 3
         assert file["Parameters"].attrs["InitialConditions:periodic"] == b"1"
+
+
+def test_a_box_that_repeats_itself_along_one_axis_is_none_of_other_codes(tmp_path):
+    scene = 'name = "b"\n[box]\nlengths = ["2 km", "2 km", "2 km"]\nperiodic = "x"\n'
+    assert next(snapshots_of(finished(tmp_path / "slab", {"scene": scene}), "0")).box is None
 
 
 def test_a_box_that_is_no_cube_is_not_left_out_of_a_file_of_gadget_without_a_word(tmp_path):
@@ -333,6 +344,7 @@ def test_snapshots_are_chosen_by_number_from_either_end(run):
     assert [each.number for each in snapshots_of(run, "all")] == list(range(13))
     assert [each.number for each in snapshots_of(run, "last")] == [12]
     assert [each.number for each in snapshots_of(run, "-2")] == [11]
+    assert [each.number for each in snapshots_of(run, "-13")] == [0]
 
 
 def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_path, capsys):
@@ -349,6 +361,7 @@ def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_pat
     [
         (["--to", "hdf4"], "the formats are gadget, swift, vtk, csv, zarr, not 'hdf4'"),
         (["--to", "gadget", "--snapshot", "13"], "has 13 snapshots, numbered from 0: there is no 13"),
+        (["--to", "gadget", "--snapshot=-14"], "has 13 snapshots, numbered from 0: there is no -14"),
         (["--to", "gadget", "--snapshot", "first"], "--snapshot takes a number from 0, last or all, not 'first'"),
         (["--to", "gadget", "--snapshot", "all", "--output", "OUT/a.hdf5"], "writes several; give a folder"),
         (["--to", "gadget", "--output", "OUT/a.h5"], "does not end in .hdf5, nor is it a folder"),

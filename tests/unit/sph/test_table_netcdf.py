@@ -36,6 +36,7 @@ def table(path, layout="NETCDF4", missing=None, odd=None, **attributes):
     ("odd", "attributes"),
     [
         (9e9, {"valid_range": np.array([-100.0, 100.0])}),
+        (-9e9, {"valid_range": np.array([-100.0, 100.0])}),
         (9e9, {"valid_max": 100.0}),
         (-9e9, {"valid_min": -100.0}),
         (-99.0, {"missing_value": -99.0}),
@@ -82,6 +83,13 @@ def test_a_run_whose_sinks_have_accreted_is_no_body(tmp_path):
         group.createVariable("internal_energy", "f8", ("snapshot_time", "particle"))[:] = mass
     with pytest.raises(SceneError, match="no whole body: 3 of its 6 particles are in sinks"):
         read_table(tmp_path / "run.nc")
+
+
+@pytest.mark.parametrize("layout", FORMATS)
+def test_the_ends_of_a_valid_range_are_valid(tmp_path, layout):
+    x = COLUMNS["x"]
+    for ends in ({"valid_range": x[[0, -1]]}, {"valid_min": x[0], "valid_max": x[-1]}):
+        np.testing.assert_array_equal(read_table(table(tmp_path / "p.nc", layout, **ends)).position[:, 0], x)
 
 
 def test_packed_bytes_without_a_sign(tmp_path):

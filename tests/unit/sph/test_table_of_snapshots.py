@@ -114,6 +114,20 @@ def test_a_dimensionless_scene_has_it_in_its_own_units_with_g_of_one(tmp_path):
     np.testing.assert_allclose(own.internal_energy * 43007.1, VALUES[:, 7], rtol=1e-3)
 
 
+def test_a_constant_of_nearly_one_in_the_units_of_a_file_is_one(tmp_path):
+    """Codes have had values of G that differ by 1e-3: a file in units of G = 1 by one of them keeps its velocities."""
+    length, mass = 1e12, 1e33  # cm and g
+    for constant, over in ((6.672e-8, 1.0), (6.6e-8, (6.6743e-8 / 6.6e-8) ** 0.5)):
+        units = dict(zip(GADGET_UNITS, (length, mass, (constant * mass / length) ** 0.5), strict=True))
+
+        def own(file, units=units):
+            fill(file)
+            file.create_group("Parameters").attrs.update(units | {"HubbleParam": 0.0})  # as without an expansion
+
+        found = read_body(written(tmp_path / "snap.hdf5", own), DIMENSIONLESS).velocity
+        np.testing.assert_allclose(found, VALUES[:, 4:7] / over, rtol=1e-12 if over == 1.0 else 1e-5)
+
+
 def evrard(file):
     """As the initial conditions of SWIFT's example: a box far larger than the sphere, and units of 1."""
     fill(file)
@@ -134,7 +148,7 @@ def test_units_of_one_are_none_where_the_scene_has_none(tmp_path):
     with pytest.raises(SceneError, match=r"whose file evrard\.hdf5 states no units"):
         loads(SCENE.format(units="", body="", end='"1 s"').replace("snap", "evrard"), origin=str(tmp_path))
     # a snapshot of a run has the G of its parameter file, as text
-    for constant, over in ((b"1.0", 1.0), (b"4.0", 2.0)):
+    for constant, over in ((b"1.0", 1.0), (b"1.002", 1.002**0.5), (b"4.0", 2.0)):
         snapshot = written(
             tmp_path / "snap.hdf5", evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(constant))
         )
@@ -233,27 +247,30 @@ def test_masses_may_stand_in_the_header_and_particles_be_of_another_type(tmp_pat
     np.testing.assert_array_equal(table.position, VALUES[:, 1:4])
 
 
-@pytest.mark.parametrize("said", ["swift", "gadget4", ""])
-def test_a_body_across_the_faces_of_a_periodic_box_is_put_together(tmp_path, said):
-    """A ball in the corner of a box of 4 x 5 x 6: its tensor is that of the ball where the file says periodic."""
-    count, box = 40, np.array([4.0, 5.0, 6.0])
+@pytest.mark.parametrize(
+    ("said", "size"), [("swift", [4.0, 5.0, 6.0]), ("gadget4", 5.0), ("not by swift", [4.0, 5.0, 6.0]), ("", 5.0)]
+)
+def test_a_body_across_the_faces_of_a_periodic_box_is_put_together(tmp_path, said, size):
+    """A ball in the corner of a box, or cube: its tensor is that of the ball where the file says periodic."""
+    count, box = 40, np.broadcast_to(size, 3)
     random = np.random.default_rng(3)
     ball, mass = random.uniform(-0.8, 0.8, (count, 3)), random.uniform(1.0, 2.0, count)
 
     def corner(file):
         fill(file)
         del file["PartType0"]
-        file["PartType0/Coordinates"], file["PartType0/Masses"] = (ball + [0.1, 2.5, 5.9]) % box, mass
-        file["Header"].attrs["BoxSize"] = box
-        if said == "swift":
-            file.create_group("Parameters").attrs["InitialConditions:periodic"] = np.bytes_(b"1")
+        file["PartType0/Coordinates"], file["PartType0/Masses"] = (ball + [0.1, 2.5, box[2] - 0.1]) % box, mass
+        file["Header"].attrs["BoxSize"] = size
+        if "swift" in said:
+            periodic = b"1" if said == "swift" else b"0"
+            file.create_group("Parameters").attrs["InitialConditions:periodic"] = np.bytes_(periodic)
         elif said == "gadget4":
             file.create_group("Config").attrs["PERIODIC"] = ""
 
     matter = read_matter(written(tmp_path / "snap.hdf5", corner))
     distance = ball - mass @ ball / mass.sum()
     expected = np.diag([mass @ (distance**2).sum(axis=1)] * 3) - np.einsum("n,ni,nj", mass, distance, distance)
-    if said:
+    if said in ("swift", "gadget4"):
         np.testing.assert_allclose(matter.body.inertia, expected, rtol=1e-13, atol=1e-12)
         assert "put together across faces of a periodic box along x, z" in matter.text
     else:
@@ -316,7 +333,7 @@ BAD = {
     "several types": ([gadget4, two_types], "has particles of PartType0 and PartType1; a body is of one type"),
     "no particles": ([gadget4, without("PartType0/Coordinates"), without("PartType0/Masses"),
                       without("PartType0/Velocities"), without("PartType0/InternalEnergy")], "particles of no type"),
-    "a part": ([gadget4, attribute("Header", "NumFilesPerSnapshot", 4)], "one of several files of a snapshot"),
+    "a part": ([gadget4, attribute("Header", "NumFilesPerSnapshot", 2)], "one of several files of a snapshot"),
     "redshift": ([gadget4, attribute("Header", "Redshift", 0.5)], "expanding universe"),
     "comoving": ([gadget4, attribute("Parameters", "ComovingIntegrationOn", 1)], "expanding universe"),
     "swift's cosmology": ([swift, attribute("Cosmology", "Cosmological run", [1])], "expanding universe"),
@@ -325,6 +342,8 @@ BAD = {
     "entropies": ([gadget4, attribute("Header", "Flag_Entropy_ICs", 1)], "entropies where energies are"),
     "no places": ([gadget4, without("PartType0/Coordinates")], "has no Coordinates in PartType0"),
     "no masses": ([gadget4, without("PartType0/Masses")], "neither Masses in PartType0 nor a mass"),
+    "a short table of masses": ([lambda file: fill(file, kind=1), without("PartType1/Masses"),
+                                 attribute("Header", "MassTable", [1.0])], "neither Masses in PartType1 nor a mass"),
     "another file": ([gadget4, elsewhere], "neither Masses in PartType0 nor a mass"),
     "two components": ([gadget4, flat], "position is not three numbers"),
     "a bomb": ([gadget4, huge], "at most 10000000 rows"),
@@ -335,6 +354,7 @@ BAD = {
     "a long attribute": ([gadget4, attribute("Header", "Redshift", np.zeros(5000))], "Redshift is not a number"),
     "words for G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"one"))], "G is not a number"),
     "a negative G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"-1"))], "G is not positive"),
+    "no G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"0"))], "G is not positive"),
     "many G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.zeros(9))], "G is not a number"),
     "a book for G": ([evrard, attribute("Parameters", "PhysicalConstants:G", np.bytes_(b"1" * 5000))],
                      "G is not a number"),
