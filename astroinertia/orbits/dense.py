@@ -6,6 +6,7 @@ New Astronomy 13, 498, eqs. 10 to 16. Checked by tests/unit/orbits/test_dense.py
 """
 
 import math
+import sys
 from typing import Any
 
 import numpy as np
@@ -96,7 +97,7 @@ def _steps(bodies: rebound.Simulation, span: float) -> tuple[np.ndarray, np.ndar
             states.append(present.copy())
 
     bodies.heartbeat = note
-    bodies.integrate(span, exact_finish_time=0)
+    bodies.integrate(max(span, sys.float_info.min), exact_finish_time=0)  # one step at least
     return np.array(times), np.array(states)
 
 

@@ -54,6 +54,17 @@ def test_time_begins_again_where_what_is_before_is_left():
     assert len(left._begin) < len(whole._begin)
 
 
+def test_the_beginning_may_be_all_that_is_asked_for():
+    begun = bodies(0.3)
+    orbits = DenseOrbits(begun)
+    place, speed = orbits.at(np.zeros(1))
+    known, moving = stopped_at(begun, 0.0)
+    np.testing.assert_allclose(place[0], known, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(speed[0], moving, rtol=0, atol=1e-14)
+    orbits.leave(0.0)
+    np.testing.assert_allclose(orbits.at(np.array([0.5]))[0][0], stopped_at(begun, 0.5)[0], rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("integrator", ["mercurius", "leapfrog", "bs"])
 def test_a_simulation_of_any_integrator_is_followed(integrator):
     begun, times = bodies(0.3), np.linspace(0.0, 1.0, 11)
