@@ -15,7 +15,7 @@ from astroinertia import dataset, plots
 from astroinertia.bodies.rotating_star import rotating_star_with
 from astroinertia.dataset.accessor import InertiaAccessor
 from astroinertia.dataset.picture_methods import OPTIONS
-from astroinertia.dataset.rotational_share import rotational_share
+from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.errors import AbsentError, AstroinertiaError, SceneError
 from astroinertia.matter.barotropes import polytropic_matter
 from tests.unit.affine_body import METADATA, affine_run
@@ -235,9 +235,9 @@ def test_a_core_that_turns_faster_than_the_rest_counts_in_the_energy_of_rotation
     moments, rates = np.array([1.0, 100.0]), np.array([90.0, 1.0])
     mean = (moments @ rates) ** 2 / moments.sum() / 2
     shells = (("time", "radius_bin"), np.tile(rates, (count, 1)), ds["rotation_profile"].attrs)
-    momenta = (("time", "radius_bin"), np.tile(moments * rates / 0.5, (count, 1)))
+    momenta = (("time", "radius_bin"), np.tile(moments * rates / (0.5 * 3.0), (count, 1)))
     kept = ds.drop_dims("radius_bin")
-    other = {"mass": 1.0, "gravitational_energy": -1e4, "rotational_to_gravitational": mean / 1e4}
+    other = {"mass": 3.0, "gravitational_energy": -1e4, "rotational_to_gravitational": mean / 1e4}
     turning = kept.assign({name: xr.full_like(ds[name], value) for name, value in other.items()})
     assert not turning.inertia.rotation_limits().dynamically_unstable.any()  # nothing is known of its shells
     turning = turning.assign(rotation_profile=shells, specific_angular_momentum_profile=momenta)
@@ -247,6 +247,10 @@ def test_a_core_that_turns_faster_than_the_rest_counts_in_the_energy_of_rotation
     assert summary["T/|W|"] == ["0.41"] * 4
     across = turning.assign(rotation_profile=0.0 * turning["rotation_profile"])  # about another axis than z
     np.testing.assert_allclose(rotational_share(across), mean / 1e4, rtol=1e-14)
+    # Both are shown from where they differ by a hundredth of the largest, and only where the shells have more.
+    most, shells = 0.2, np.array([0.1, 0.2])
+    assert not differential(shells, shells - [0.0, 0.0099 * most]) and differential(shells, shells - [0.0101 * most, 0])
+    assert not differential(shells, 2.0 * shells)
 
 
 def test_axes_that_move_have_directions_and_no_lengths(ds: xr.Dataset) -> None:

@@ -10,7 +10,8 @@ from astroinertia.bodies import maclaurin
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.build.structure import as_begun
-from astroinertia.dataset.radii import RATIOS
+from astroinertia.dataset.derived import spin_axis
+from astroinertia.dataset.radii import RATIOS, degree_two
 from astroinertia.scene.load import loads
 from tests.exact_polytropes import exact_polytrope
 
@@ -118,6 +119,26 @@ def test_coefficients_are_the_sums_over_legendre_functions() -> None:
     np.testing.assert_allclose(
         found["gravity_coefficient"], [(mass * square) @ each / size for each in exact], rtol=1e-12
     )
+
+
+def test_j2_is_about_the_axis_of_the_largest_moment_whatever_its_number() -> None:
+    """Moments keep their numbers where they cross, so that the largest need not be the third."""
+    inertia = np.diag([5.0, 4.0, 3.0])[None]
+    for numbered in ([3.0, 4.0, 5.0], [5.0, 3.0, 4.0]):
+        found = degree_two(inertia, np.array([numbered]), np.array([2.0]), np.array([3.0]))
+        np.testing.assert_allclose(found["zonal_harmonic_2"], (5.0 - 3.5) / (2.0 * 3.0**2), rtol=1e-15)
+
+
+def test_a_body_spins_where_its_angular_momentum_is_beyond_round_off_of_its_motion() -> None:
+    """Two points at -1 and 1 move outwards at an angle: L is its sine times the root of tr Q tr K."""
+    largest = np.array([[0.0, 0.6, 0.8]])
+    for sine, spins in ((1e-8, True), (1e-10, False), (0.0, False)):
+        momentum = np.array([[0.0, 0.0, -2.0 * sine]])
+        series = {"angular_momentum": momentum, "second_moment": np.diag([2.0, 0, 0])[None]}
+        series["kinetic_tensor"] = np.array([[[2.0, 2.0 * sine, 0], [2.0 * sine, 2.0 * sine**2, 0], [0, 0, 0]]])
+        np.testing.assert_array_equal(spin_axis(series, largest)[0], [0.0, 0.0, -1.0] if spins else largest[0])
+        alone = spin_axis({"angular_momentum": momentum}, largest)[0]  # without what its motion could carry
+        np.testing.assert_array_equal(alone, [0.0, 0.0, -1.0] if sine else largest[0])
 
 
 def test_particles_of_a_rotating_star_have_its_flattening() -> None:
