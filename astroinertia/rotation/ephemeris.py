@@ -168,19 +168,23 @@ def archive_ephemeris(
 
     body and units are those of `orbits.rebound_archive.snapshots`. From each snapshot REBOUND goes on to the next;
     there both must meet within the tolerance, over the distance: so forces that the archive does not know are noticed.
-    ValueError for what is no such archive or ends before `end`; NumericalError where snapshots do not meet. Checked by
-    tests/unit/orbits/test_rebound_archive.py.
+    ValueError for what is no such archive, goes back in time or ends before `end`; NumericalError where snapshots do
+    not meet. Checked by tests/unit/orbits/test_rebound_archive.py.
     """
     from astroinertia.orbits import rebound_archive, states
 
-    stored = rebound_archive.snapshots(path, body, units)
-    first, last = stored[0], stored[-1]
+    every = rebound_archive.snapshots(path, body, units)
+    first, last = every[0], every[-1]
     if first.N < 2:
         raise ValueError("an ephemeris needs a companion")
     if not 0.0 < end <= last.t:
         times = (last.t, end) if units is None else (units.to_si(time, "time") for time in (last.t, end))
         reached, asked = (f"{time:g}" if units is None else f"{time:g} s" for time in times)
         raise ValueError(f"the archive goes from time 0 to {reached} of this run, which does not reach {asked}")
+    if any(following.t < now.t for now, following in pairwise(every)):
+        raise ValueError("the snapshots of the archive go back in time")
+    # A moment may be saved at the end of an interval and by hand: of several of one time, the last.
+    stored = [*(now for now, following in pairwise(every) if now.t < following.t), last]
     pieces, starts, worst = [], [], 0.0
     for now, following in pairwise(stored):
         if now.t >= end:

@@ -37,6 +37,25 @@ def test_its_orbits_are_those_of_the_simulation_that_wrote_it(tmp_path):
         assert np.abs(np.asarray(found.velocity(times)) - np.asarray(whole.velocity(times))).max() < 1e-11
 
 
+def test_a_moment_that_was_saved_twice_counts_once(tmp_path):
+    """At the end of an interval, and once more by hand, after which the simulation goes on."""
+    whole, bodies = ephemeris(simulation(1.0, PLANETS), 5.0), simulation(1.0, PLANETS)
+    path = written(tmp_path / "orbits.bin", bodies, 3.0, 1.0)
+    bodies.save_to_file(str(path))
+    bodies.integrate(6.0)
+    moments = [each.t for each in snapshots(path)]
+    assert len(set(moments)) < len(moments)
+    found, times = archive_ephemeris(path, 5.0), np.linspace(0.0, 5.0, 200)
+    with jax.enable_x64(True):
+        assert np.abs(np.asarray(found.position(times)) - np.asarray(whole.position(times))).max() < 1e-11
+    early = rebound.Simulation(str(path), snapshot=1)
+    early.save_to_file(str(path))
+    early.integrate(7.0)
+    early.save_to_file(str(path))
+    with pytest.raises(ValueError, match="the snapshots of the archive go back in time"):
+        archive_ephemeris(path, 5.0)
+
+
 def test_any_particle_may_be_the_body(tmp_path):
     bodies = simulation(1.0, PLANETS)
     path = written(tmp_path / "orbits.bin", bodies.copy(), 3.0, 1.0)
