@@ -108,6 +108,8 @@ def test_swift_has_every_bit(run, one, tmp_path):
         widest = 2.0 * float(np.abs(one["position"]).max())  # a box about the origin, which is not periodic
         assert file["Header"].attrs["BoxSize"].tolist() == [widest] * 3
         assert file["Parameters"].attrs["InitialConditions:periodic"] == b"0"
+        assert file["Header"].attrs["CanHaveTypes"].tolist() == [1, 0, 0, 0, 0, 0, 0]  # gas is the first
+        assert gas["Velocities"].attrs["U_t exponent"].tolist() == [-1.0]  # of a unit of 1 that hides its sign
         assert file["PhysicalConstants"].attrs["newton_G"].tolist() == [METADATA["code_units"]["G"]]
         # SWIFT's h times its gamma of this kernel is the radius of the support
         support = gas["SmoothingLengths"][:] * 1.936492
