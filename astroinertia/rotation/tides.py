@@ -44,8 +44,9 @@ def tides(
 ) -> Tides:  # fmt: skip
     """Torque and heating by a companion of `mass`, of a function love_number(frequency) that has the complex k2.
 
-    It is called once, with all frequencies above 0 (N,), rad/s. ValueError for an eccentricity outside 0 <= e < 1,
-    and for a mass, radius or axis that is not positive.
+    It is called once, with all frequencies above 0 (N,), rad/s. A mean motion below 0 is that of a companion that goes
+    round backwards. ValueError for an eccentricity outside 0 <= e < 1, and for a mass, radius or axis that is not
+    positive.
     Sources: those of the module.
 
     >>> def k2(frequency):  # of a constant quality factor
@@ -61,7 +62,7 @@ def tides(
     weight = np.array([1.0, 2 / 6, 2 / 24])[:, None, None] * inclination[:, :, None] ** 2 * strength**2
     rate = np.broadcast_to(harmonics * mean_motion - order * spin_rate, weight.shape)  # (m, p, harmonic)
     size = np.abs(rate)
-    moving = (weight > 0) & (size > _STANDING * mean_motion)
+    moving = (weight > 0) & (size > _STANDING * abs(mean_motion))
     share = np.zeros(size.shape)
     if np.any(moving):
         share[moving] = -np.imag(love_number(size[moving]))

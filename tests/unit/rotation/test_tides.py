@@ -42,6 +42,14 @@ def test_a_moon_in_step_is_heated_by_eccentricity_and_obliquity():
     assert tides(lambda w: -0.01j + 0 * w, **ORBIT, spin_rate=rounded) == pytest.approx((0.0, 0.0), abs=1e-25)
 
 
+def test_a_companion_that_goes_round_backwards_is_one_of_an_orbit_turned_over():
+    """In matter that flows, of which only tides that move may be asked."""
+    given = {**ORBIT, "spin_rate": 0.3, "eccentricity": 0.2}
+    turned = tides(lambda w: 0.01 - 0.003j / w, **given, obliquity=np.pi)
+    backwards = tides(lambda w: 0.01 - 0.003j / w, **{**given, "mean_motion": -ORBIT["mean_motion"]})
+    assert backwards == pytest.approx(turned, rel=1e-13)
+
+
 def test_a_time_lag_has_no_torque_where_the_spin_is_in_equilibrium():
     rate = 0.7 * tidal_equilibrium_rate(0.3)
     found = [tides(lagging, **ORBIT, spin_rate=rate * part, eccentricity=0.3).torque for part in (0.99, 1.0, 1.01)]
