@@ -121,15 +121,15 @@ def simulation(
 def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None) -> tuple[Companion, ...]:
     """The other particles of a simulation as companions of particle 0, by osculating elements.
 
-    around gives the name of what each of them goes around; BODY where it does not say. ValueError for an orbit that is
-    not bound. Particles without a name are called "particle 1" and so on. Checked by
-    tests/unit/orbits/test_simulation.py.
+    around gives the name of what each of them goes around; where it does not say BODY, which is particle 0 whatever its
+    own name. ValueError for an orbit that is not bound. Particles without a name are called "particle 1" and so on.
+    Checked by tests/unit/orbits/test_simulation.py.
 
     >>> moon = Companion(name="moon", mass=0.0123, semi_major_axis=60.3, eccentricity=0.055)
     >>> print(f"{companions(simulation(1.0, [moon]))[0].eccentricity:.6f}")  # to a simulation and back
     0.055000
     """
-    labels = names(bodies)
+    labels = [BODY, *names(bodies)[1:]]
     return tuple(_companion(bodies, k, labels, (around or {}).get(labels[k], BODY)) for k in range(1, bodies.N))
 
 

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+import rebound
 
-from astroinertia.orbits.simulation import BARYCENTRE, Companion, companions, in_code_units, simulation
+from astroinertia.orbits.simulation import BARYCENTRE, BODY, Companion, companions, in_code_units, simulation
 from astroinertia.orbits.states import states
 from astroinertia.units import GRAVITATIONAL_CONSTANT, CodeUnits
 
@@ -43,6 +44,18 @@ def test_elements_go_in_and_come_back(sun_around):
     period = 2 * math.pi * math.sqrt(moon.semi_major_axis**3 / (GRAVITATIONAL_CONSTANT * (EARTH + MOON)))
     assert period == pytest.approx(given[0].period, rel=1e-12)
     assert sun.semi_major_axis == pytest.approx(given[1].semi_major_axis, rel=1e-11)
+
+
+@pytest.mark.parametrize("name", [None, "star"])
+def test_companions_of_a_simulation_of_ones_own_go_around_its_first_particle(name):
+    bodies = rebound.Simulation()
+    bodies.add(m=1.0) if name is None else bodies.add(m=1.0, name=name)
+    bodies.add(m=1e-3, a=2.0, e=0.1, inc=0.2, Omega=0.3, omega=0.4, M=0.5)
+    bodies.add(m=1e-4, a=0.02, e=0.2, primary=bodies.particles[1], name="moon")
+    planet, moon = companions(bodies, {"moon": "particle 1"})
+    assert (planet.name, planet.around, moon.around) == ("particle 1", BODY, "particle 1")
+    assert close(planet, Companion("planet", 1e-3, BODY, None, None, 2.0, None, 0.1, 0.2, 0.3, 0.4, 0.5))
+    assert (planet.semi_major_axis, moon.semi_major_axis) == pytest.approx((2.0, 0.02), rel=1e-11)
 
 
 def test_the_centre_of_mass_is_at_rest_at_the_origin():
