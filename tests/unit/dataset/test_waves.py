@@ -9,7 +9,7 @@ from astroinertia.dataset import (
     accessor as _accessor,  # noqa: F401
     headline,
 )
-from astroinertia.dataset.waves import waves
+from astroinertia.dataset.waves import FAINTEST, too_faint, waves
 from astroinertia.errors import AbsentError
 from astroinertia.inertia import growth
 from astroinertia.inertia.evolution import second_moment_acceleration
@@ -85,6 +85,22 @@ def test_uneven_records_give_the_same_energy():
     even = np.linspace(times[0], times[-1], 1500)
     assert found.energy[-1] == pytest.approx(waves(even, binary(even), GRAVITATIONAL_CONSTANT).energy[-1], rel=5e-3)
     assert found.energy_spectrum.sum() * found.frequency[1] == pytest.approx(found.energy[-1], rel=2e-2)
+
+
+def test_the_spectrum_of_uneven_records_reaches_half_the_rate_of_the_closest_usual_ones():
+    """Three quarters of the steps are a tenth of the others, and one by chance is far shorter."""
+    steps = np.resize([0.1, 0.1, 0.1, 1.0], 40)
+    steps[5] = 1e-6
+    times = np.concatenate([[0.0], np.cumsum(steps)]) / RATE
+    found = waves(times, binary(times), GRAVITATIONAL_CONSTANT)
+    assert found.frequency[-1] == pytest.approx(0.5 * RATE / 0.1, rel=0.02)
+
+
+def test_waves_are_too_faint_where_all_of_their_strain_is_known_and_below_a_limit():
+    faint, strong = np.full(3, 0.9 * FAINTEST), np.array([0.0, -1.1 * FAINTEST, 0.0])
+    assert too_faint(faint, faint) and too_faint(np.zeros(0))
+    assert not too_faint(faint, strong) and not too_faint(strong, faint)
+    assert not too_faint(faint, np.array([0.0, np.nan, 0.0]))  # not known to be
 
 
 def test_energy_converges_with_the_number_of_records():
