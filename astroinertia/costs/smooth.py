@@ -26,9 +26,9 @@ MOMENTS = 400  # of a run, at which its pace is looked at
 NEAR = 1e-3  # of the radius: where a field is as an affine body has it, linear about the centre
 IN_BALANCE = 0.02  # departure from equilibrium, up to which a body rests
 STAGES = {2: 1, 4: 5, 6: 9, 8: 17}  # of a splitting, by its order; the machine's steps are of order 8
-# What a step of a rigid body takes with a companion, whose place and torque are found at every stage, over one without:
-# 74 over 7.3 and 56 over 21 us, of the Earth with the Moon.
-WITH_COMPANIONS = {"splitting": 10.0, "adaptive": 2.6}
+# What a step of a rigid body takes with a companion, whose torque is found at every stage, over one without: 57 to 67
+# over 7.6 to 8.3 us, of a top with a moon, and 56 over 21 us, of the Earth with the Moon.
+WITH_COMPANIONS = {"splitting": 7.8, "adaptive": 2.6}
 # The same with an effect that follows the spin, which every kick looks for again: 171 to 256 over 11 to 17 us, and 53
 # to 55 over 16 to 19 us, of a top with internal friction; with a companion's tide both add up.
 FOLLOWING_SPIN = {"splitting": 15.0, "adaptive": 3.0}

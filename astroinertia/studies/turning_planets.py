@@ -235,7 +235,9 @@ def _momenta(state: splitting.Rotor, turning: rigid.Rigid, times: jax.Array, ste
     """Angular momenta (N - 1, 3) at times (N,) but the first, which is that of the state; so many steps between two."""
 
     def later(state: splitting.Rotor, span: tuple[jax.Array, jax.Array]) -> tuple:
-        state = splitting.advance(state, turning.rates, *span, steps, _ORDER, turning, rigid.kick)
+        state = splitting.advance(
+            state, turning.rates, *span, steps, _ORDER, turning, rigid.kick, known=rigid.known_orbits
+        )
         return state, state.angular_momentum.value
 
     return jax.lax.scan(later, state, (times[:-1], times[1:]))[1]

@@ -82,6 +82,11 @@ def accompanied(body: Rigid, orbits: Array | None) -> Rigid:
     return body if orbits is None else replace(body, companions=body.companions.at(orbits))
 
 
+def known_orbits(body: Rigid, times: Array) -> Array:
+    """Places and speeds (K, 2, N, 3) at times (K,) of companions on known orbits."""
+    return jnp.stack([body.companions.position(times), body.companions.velocity(times)], axis=1)
+
+
 class View(NamedTuple):
     """What an effect sees of the body: everything in inertial axes, about the centre of mass or the pivot.
 
@@ -256,23 +261,26 @@ def entered(time: Array, state: dict[str, Array], arguments: tuple) -> Array:
     return jnp.any(two_way.within(body, orbit_unit * state["orbits"]))
 
 
-def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
+def kick(body: Rigid, time: Array, state: Rotor, interval: Array, orbits: Array | None) -> Kick:
     """The same for models.rigid.splitting: what effects do in an interval while the rest stands still.
 
-    Exact where torques depend on time and attitude alone. Where they follow the spin, or the body's axes turn in its
-    matter, the equations of the effects alone are solved to order 6.
+    orbits are what known_orbits has for this time, where companions follow them. Exact where torques depend on time and
+    attitude alone. Where they follow the spin, or the body's axes turn in its matter, the equations of the effects
+    alone are solved to order 6.
     """
-    turning, momentum, orbits = state.turning.value, state.angular_momentum.value, None
+    turning, momentum, pushed = state.turning.value, state.angular_momentum.value, None
+    if orbits is not None:
+        body = replace(body, companions=two_way.Companions(body.companions.mass, orbits))
     if state.orbits is not None:
         body = accompanied(body, state.orbits.value)
         push = interval * two_way.pushes(view(body, time, turning[:4], turning[4:], momentum))
-        orbits = jnp.stack([jnp.zeros_like(push), push])
+        pushed = jnp.stack([jnp.zeros_like(push), push])
     if body.deformability is None and not any(effect.follows_spin for effect in body.effects):
         q, m = turning[:4], turning[4:]
         impulses = interval * torques(body, view(body, time, q, m, momentum))
         gain = in_body(q, impulses.sum(axis=0))
         work = impulses @ in_space(q, spin_in_body(body, time, m + 0.5 * gain))
-        return Kick(impulses.sum(axis=0), jnp.concatenate([jnp.zeros(4), gain]), _entered(body, time, work), orbits)
+        return Kick(impulses.sum(axis=0), jnp.concatenate([jnp.zeros(4), gain]), _entered(body, time, work), pushed)
 
     def stage(number: Array, slopes: Array) -> Array:
         done = interval * (jnp.asarray(_STAGES)[number] @ slopes)
@@ -281,7 +289,7 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array) -> Kick:
 
     slopes = jax.lax.fori_loop(0, len(_STAGES), stage, jnp.zeros((len(_STAGES), 10 + len(body.effects))))
     done = interval * (_WEIGHTS @ slopes)
-    return Kick(done[7:10], done[:7], _entered(body, time, done[10:]), orbits)
+    return Kick(done[7:10], done[:7], _entered(body, time, done[10:]), pushed)
 
 
 def _besides_free(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:

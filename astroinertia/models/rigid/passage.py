@@ -164,16 +164,18 @@ def _split(
     steps = whole(jnp.where(possible, wanted, 1.0))
     more = jnp.minimum(steps, _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
-    flow, within, state = None, None, course.state
+    flow, within, state, known = None, None, course.state, None
     if course.state.orbits is not None:
         substeps = whole(two_way.STEPS_PER_TURN / steps_per_rotation)
         body = replace(body, companions=replace(body.companions, substeps=substeps))
         # A stage of order 8 needs points to order 2: what it is composed of raises the order of all.
         flow, within = two_way.flow if order == _HIGHEST else two_way.fine_flow, two_way.within
         state = replace(state, entered=jnp.full(body.companions.mass.shape, jnp.inf))
+    elif body.companions is not None:
+        known = rigid.known_orbits
     state = splitting.advance(
         state, body.rates, course.time, stop, more, order, body,
-        None if free else rigid.kick, None if body.change is None else rigid.size, flow, within,
+        None if free else rigid.kick, None if body.change is None else rigid.size, flow, within, known,
     )  # fmt: skip
     after = Course(replace(state, entered=None), stop, pace, (stop - course.time) / more, course.steps + more)
     trouble, figure = jnp.where(possible, NOTHING, TOO_FAST), jnp.where(possible, stop, wanted)

@@ -51,6 +51,9 @@ COMPOSITIONS = {
 
 # What is put right after a stage is round-off: no more than this share of L, for L may have come close to zero.
 _ROUND_OFF = 1e-9
+# Kicks for which what follows the time alone is asked at once, which takes little longer than for one: those of a step
+# of order 8, with the one that begins it.
+_KNOWN_AT_ONCE = 18
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)  # for the mean of 1/size in a stage, to order 10
 
 
@@ -123,7 +126,7 @@ def in_space(quaternion: Array, vector: Array) -> Array:
     return _turned(quaternion[0], quaternion[1:], vector)
 
 
-@partial(jax.jit, static_argnames=("order", "kick", "size", "flow", "within"))
+@partial(jax.jit, static_argnames=("order", "kick", "size", "flow", "within", "known"))
 def advance(
     state: Rotor,
     rates: Array,
@@ -132,29 +135,38 @@ def advance(
     steps: Array,
     order: int,
     arguments: Tree = None,
-    kick: Callable[[Tree, Array, Rotor, Array], Kick] | None = None,
+    kick: Callable[[Tree, Array, Rotor, Array, Tree], Kick] | None = None,
     size: Callable[[Tree, Array], Array] | None = None,
     flow: Callable[[Tree, Compensated, Array], Compensated] | None = None,
     within: Callable[[Tree, Array], Array] | None = None,
+    known: Callable[[Tree, Array], Tree] | None = None,
 ) -> Rotor:
     """The state at `until` after so many equal steps of order 2, 4, 6 or 8 from `time`.
 
-    rates are those of `turning_rates`. kick(arguments, time, state, interval) is what all torques do in an interval
-    that may be negative, with the time standing still; size(arguments, time) the factor of all moments;
+    rates are those of `turning_rates`. kick(arguments, time, state, interval, known) is what all torques do in an
+    interval that may be negative, with the time standing still; size(arguments, time) the factor of all moments;
     flow(arguments, orbits, interval) what becomes of orbits that neither torques nor the attitude move, and
-    within(arguments, orbits) which companions (N,) are within the body, asked after every step. All are functions of a
-    module: each new one is compiled. Runs under jax.enable_x64. Checked by
+    within(arguments, orbits) which companions (N,) are within the body, asked after every step. known(arguments, times)
+    is what torques need that follows the time alone, at times (K,), and a kick is given the row of its time. All are
+    functions of a module: each new one is compiled. Runs under jax.enable_x64. Checked by
     tests/unit/models/rigid/test_splitting.py.
     """
     stages = np.array(COMPOSITIONS[order])
     lengths, count = jnp.asarray(stages), len(stages)
     starts = jnp.asarray(np.concatenate([[0.0], np.cumsum(stages)[:-1]]))
+    ends = jnp.asarray(np.cumsum(stages))
     # The kick that ends a stage is also the one that begins the next.
     kicks = jnp.asarray(0.5 * (stages + np.roll(stages, -1)))
     step = (until - time) / steps
     free = kick is None and size is None
 
-    def stage(index: Array, state: Rotor) -> Rotor:
+    def kick_times(first: Array) -> Array:
+        numbers = first + jnp.arange(_KNOWN_AT_ONCE)
+        times = time + step * (numbers // count + ends[numbers % count])
+        return jnp.where(numbers < 0, time, jnp.minimum(times, until))
+
+    def stage(index: Array, carried: tuple[Rotor, Tree]) -> tuple[Rotor, Tree]:
+        state, rows = carried
         # Where there are kicks a stage of no length comes first, for the kick that begins the first step.
         opens = index < 0
         number = jnp.where(opens, 0, index % count)
@@ -174,11 +186,20 @@ def advance(
             there = within(arguments, state.orbits.value) & ((index + 1) % count == 0)
             state = replace(state, entered=jnp.minimum(state.entered, jnp.where(there, before + interval, jnp.inf)))
         if kick is None:
-            return state
+            return state, rows
+        row = None
+        if known is not None:
+            place = (index + 1) % _KNOWN_AT_ONCE
+            rows = jax.lax.cond(place == 0, lambda: known(arguments, kick_times(index)), lambda: rows)
+            row = jax.tree.map(lambda each: each[place], rows)
         share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
-        return _kicked(state, kick(arguments, before + interval, state, step * share))
+        return _kicked(state, kick(arguments, before + interval, state, step * share, row)), rows
 
-    state = jax.lax.fori_loop(0 if kick is None else -1, steps * count, stage, state)
+    rows = None
+    if known is not None:
+        sized = jax.eval_shape(lambda: known(arguments, kick_times(-1)))
+        rows = jax.tree.map(lambda each: jnp.zeros(each.shape, each.dtype), sized)
+    state, _ = jax.lax.fori_loop(0 if kick is None else -1, steps * count, stage, (state, rows))
     if not free:
         return state
     # Without torques all turns about L are one, at the end.

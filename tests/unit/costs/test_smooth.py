@@ -53,9 +53,9 @@ def test_steps_of_a_splitting_take_as_long_as_their_stages(order):
     assert own.parts["steps"].processor == pytest.approx(stages * default.parts["steps"].processor)
 
 
-@pytest.mark.parametrize(("integrator", "times"), [("splitting", 10.0), ("adaptive", 2.6)])
+@pytest.mark.parametrize(("integrator", "times"), [("splitting", 7.8), ("adaptive", 2.6)])
 def test_steps_of_a_rigid_body_with_companions_take_longer(integrator, times):
-    """As measured of the Earth: 73.7 in place of 7.3 us, and 56.0 in place of 21.4."""
+    """As measured: 57.5 in place of 7.6 us, of a top, and 56.0 in place of 21.4, of the Earth."""
     free = load.loads(RIGID, (f"numerics.integrator='{integrator}'",))
     moon = load.loads(RIGID + COMPANION.replace("splitting", integrator))
     one, other = (predict(scene, machine.shipped()) for scene in (free, moon))
@@ -80,7 +80,7 @@ TIDE = "[effects.tidal_torque]\nlove_number = 0.3\nradius = 1.0\ntime_lag = 0.01
     ("integrator", "more", "measured"),
     [
         ("splitting", FRICTION, (14.6, 15.9)),
-        ("splitting", COMPANION + TIDE, (26.3, 27.6)),
+        ("splitting", COMPANION + TIDE, (19.5, 23.3)),
         ("adaptive", FRICTION, (2.7, 3.5)),
     ],
 )

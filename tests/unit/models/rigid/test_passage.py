@@ -1,10 +1,14 @@
 """Many records in one call: the same bits as one by one, wherever a call begins, and few calls a run."""
 
+from dataclasses import dataclass, field
+
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.models.rigid.evolution import RigidBody
 from astroinertia.models.rigid.passage import AT_ONCE
@@ -50,6 +54,35 @@ def test_records_are_those_of_one_call_each_wherever_calls_begin(settings):
     again = settling(settings)
     again.resume(resumed.arrays())
     same(parts + again.through(TIMES[7:20], 0.0, np.inf), expected)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Circling:
+    """A companion on a circle, which counts how often it is looked up."""
+
+    mass: np.ndarray
+    asked: list = field(metadata={"static": True})
+
+    def position(self, time):
+        jax.debug.callback(lambda _: self.asked.append("position"), time)
+        return 20.0 * jnp.stack([jnp.cos(time), jnp.sin(time), 0.0 * time], -1)[..., None, :]
+
+    def velocity(self, time):
+        jax.debug.callback(lambda _: self.asked.append("velocity"), time)
+        return 20.0 * jnp.stack([-jnp.sin(time), jnp.cos(time), 0.0 * time], -1)[..., None, :]
+
+
+def test_companions_are_looked_up_once_a_step_of_the_splitting():
+    """By two torques, one of which follows the spin, so that each of a step's kicks has seven stages."""
+    moon = Circling(np.array([0.1]), [])
+    tide = effect("tidal_torque", love_number=0.3, radius=1.0, time_lag=0.01)
+    body = under_way(TOP, SPIN, effect("gravity_gradient"), tide, companions=moon)
+    moon.asked.clear()
+    body.advance(5.0)
+    jax.effects_barrier()
+    assert body.steps > 40
+    assert len(moon.asked) < 2 * (body.steps + 10)
 
 
 def test_an_impulse_is_left_to_advance():

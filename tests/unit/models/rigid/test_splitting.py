@@ -1,5 +1,7 @@
 """The splitting of rigid rotation: orders, invariants, round-off, and what torques and a change of size do to it."""
 
+import math
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -83,12 +85,33 @@ def test_the_order_holds_with_torques_and_sums():
     assert float(runs[-1].sums.value[0]) == pytest.approx(gained, abs=1e-12)
 
 
-def pushed(torque, time, state, interval):
+def pushed(torque, time, state, interval, known):
     impulse = interval * torque
     gain = in_body(state.quaternion, impulse)
     rate = (state.momentum_in_body + 0.5 * gain) / MOMENTS
     turning = jnp.concatenate([jnp.zeros(4), gain])
     return Kick(impulse, turning, jnp.sum(rate * gain)[None])
+
+
+@pytest.mark.parametrize("order", [2, 8])
+def test_a_kick_is_given_what_is_known_of_its_time(order):
+    """Asked for eighteen kicks at once."""
+    steps, end, asked = 13, 2.0, []
+
+    def known(_, times):
+        jax.debug.callback(asked.append, times)
+        return times**2
+
+    opening = start(sums=[0.0, 0.0])
+    state = advance(opening, turning_rates(MOMENTS), 0.0, end, steps, order, kick=noted, known=known)
+    missed, length = np.asarray(state.sums.value)
+    jax.effects_barrier()
+    assert missed < 1e-12 and length == pytest.approx(end)
+    assert len(asked) == math.ceil((1 + steps * len(splitting.COMPOSITIONS[order])) / 18)
+
+
+def noted(_, time, state, interval, known):
+    return Kick(jnp.zeros(3), jnp.zeros(7), jnp.stack([jnp.abs(known - time**2), interval]))
 
 
 def test_with_a_prescribed_size_time_runs_at_another_rate():
