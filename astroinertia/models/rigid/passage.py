@@ -166,8 +166,6 @@ def _split(
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
     flow, within, state, known = None, None, course.state, None
     if course.state.orbits is not None:
-        substeps = whole(two_way.STEPS_PER_TURN / steps_per_rotation)
-        body = replace(body, companions=replace(body.companions, substeps=substeps))
         # A stage of order 8 needs points to order 2: what it is composed of raises the order of all.
         flow, within = two_way.flow if order == _HIGHEST else two_way.fine_flow, two_way.within
         state = replace(state, entered=jnp.full(body.companions.mass.shape, jnp.inf))

@@ -7,7 +7,8 @@ part does, and the energy without drift (Touma & Wisdom 1994, Astronomical Journ
 Tests: tests/unit/models/rigid/test_two_way.py; beside REBOUND over 1000 orbits in tests/physics/test_rebound.py.
 """
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import jax
@@ -29,13 +30,14 @@ STEPS_PER_TURN = 20.0  # of points, at least, where they turn fastest about the 
 class Companions:
     """Companions at one moment, in the form of a `rotation.ephemeris.Ephemeris`: masses (N,), places and speeds.
 
-    substeps: those of points in a stage of the splitting. radius: that of the body, within which none may come.
+    radius: that of the body, within which none may come. substeps: those of points in a stage of the splitting, by
+    which programs differ: were they a number of the problem, a single one would take a loop.
     """
 
     mass: Array
     orbits: Array
-    substeps: Array | int = 1
     radius: Array | float = 0.0
+    substeps: int = field(default=1, metadata={"static": True})
 
     def at(self, orbits: Array) -> "Companions":
         """The same elsewhere."""
@@ -48,6 +50,11 @@ class Companions:
     def velocity(self, time: Array) -> Array:
         """Speeds (N, 3), whatever the time."""
         return self.orbits[1]
+
+
+def substeps(steps_per_rotation: float) -> int:
+    """How many steps of points a stage of the splitting takes."""
+    return math.ceil(STEPS_PER_TURN / steps_per_rotation)
 
 
 def unit_of_orbits(body_mass: float, companions: Companions) -> np.ndarray:

@@ -86,6 +86,20 @@ def test_accelerations_are_those_of_rebound_where_the_body_is_a_sphere():
             assert np.abs(two_way.pushes(seen)).max() < 1e-17  # of some 1e-4
 
 
+def test_a_stage_takes_its_step_of_points_without_a_loop_and_looks_at_the_body_once(monkeypatch):
+    """By default; where steps are long, a stage takes several of points, in a loop."""
+    with jax.enable_x64(True):
+        fine, coarse = motion(8, 40.0), motion(8, 5.0)
+        assert [two_way.substeps(each) for each in (40.0, 20.0, 19.0, 5.0)] == [1, 1, 2, 4]
+        for body, loop in ((fine, False), (coarse, True)):
+            program = jax.jit(two_way.flow).lower(body.body, body.state.orbits, 0.01).compile().as_text()
+            assert (" while(" in program) == loop
+        looks, view = [], rigid.view
+        monkeypatch.setattr(rigid, "view", lambda *seen: looks.append(seen) or view(*seen))
+        jax.eval_shape(rigid.kick, fine.body, 0.0, fine.state, 0.01, None)
+        assert len(looks) == 1
+
+
 def test_steps_are_for_the_pericentre_wherever_companions_are():
     with jax.enable_x64(True):
         bodies = system(eccentricity=0.7)
