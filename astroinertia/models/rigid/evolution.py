@@ -61,8 +61,8 @@ class RigidBody:
         self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, companions: Sequence[str] = ()
     ) -> None:  # fmt: skip
         if isinstance(body.companions, two_way.Companions):
-            substeps = two_way.substeps(settings.steps_per_rotation)
-            body = replace(body, companions=replace(body.companions, substeps=substeps))
+            several = settings.steps_per_rotation < two_way.STEPS_PER_TURN
+            body = replace(body, companions=replace(body.companions, substeps=1 if several else None))
         self.body, self.settings, self.companions = body, settings, companions
         self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
         self._begun: np.ndarray | None = None  # of a branch, the time, attitude and L that it began with

@@ -166,6 +166,10 @@ def _split(
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
     flow, within, state, known = None, None, course.state, None
     if course.state.orbits is not None:
+        if body.companions.substeps is not None:
+            orbits, step = course.state.orbits.value, (stop - course.time) / more
+            substeps = whole(two_way.substeps(body.mass, body.companions.mass, orbits, step))
+            body = replace(body, companions=replace(body.companions, substeps=substeps))
         # A stage of order 8 needs points to order 2: what it is composed of raises the order of all.
         flow, within = two_way.flow if order == _HIGHEST else two_way.fine_flow, two_way.within
         state = replace(state, entered=jnp.full(body.companions.mass.shape, jnp.inf))

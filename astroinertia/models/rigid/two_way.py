@@ -8,7 +8,7 @@ Tests: tests/unit/models/rigid/test_two_way.py; beside REBOUND over 1000 orbits 
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax
@@ -30,14 +30,14 @@ STEPS_PER_TURN = 20.0  # of points, at least, where they turn fastest about the 
 class Companions:
     """Companions at one moment, in the form of a `rotation.ephemeris.Ephemeris`: masses (N,), places and speeds.
 
-    radius: that of the body, within which none may come. substeps: those of points in a stage of the splitting, by
-    which programs differ: were they a number of the problem, a single one would take a loop.
+    radius: that of the body, within which none may come. substeps: those of points in a stage of the splitting; None
+    for one alone, which then takes no loop.
     """
 
     mass: Array
     orbits: Array
     radius: Array | float = 0.0
-    substeps: int = field(default=1, metadata={"static": True})
+    substeps: Array | None = None
 
     def at(self, orbits: Array) -> "Companions":
         """The same elsewhere."""
@@ -50,11 +50,6 @@ class Companions:
     def velocity(self, time: Array) -> Array:
         """Speeds (N, 3), whatever the time."""
         return self.orbits[1]
-
-
-def substeps(steps_per_rotation: float) -> int:
-    """How many steps of points a stage of the splitting takes."""
-    return math.ceil(STEPS_PER_TURN / steps_per_rotation)
 
 
 def unit_of_orbits(body_mass: float, companions: Companions) -> np.ndarray:
@@ -72,6 +67,14 @@ def at_pericentres(body_mass: Array, mass: Array, orbits: Array) -> Array:
     closer = _pericentre(body_mass + mass, place, speed) / jnp.linalg.norm(place, axis=-1)
     closer = jnp.minimum(closer, 1.0)[:, None]
     return jnp.stack([place * closer, speed / closer])
+
+
+def substeps(body_mass: Array, mass: Array, orbits: Array, step: Array) -> Array:
+    """How many steps of points a step of the splitting takes in each stage, not rounded."""
+    place, speed = at_pericentres(body_mass, mass, orbits)
+    turning = jnp.linalg.norm(jnp.cross(place, speed), axis=-1) / jnp.sum(place**2, axis=-1)
+    fastest = jnp.maximum(jnp.max(turning), fastest_pair(mass, orbits))
+    return STEPS_PER_TURN / (2.0 * math.pi) * fastest * step
 
 
 def fastest_pair(mass: Array, orbits: Array) -> Array:
@@ -132,6 +135,7 @@ def fine_flow(body: Any, orbits: Compensated, interval: Array) -> Compensated:
 
 def _flow(body: Any, orbits: Compensated, interval: Array, stages: tuple[float, ...]) -> Compensated:
     mass, substeps = body.companions.mass, body.companions.substeps
+    substeps = 1 if substeps is None else substeps
     lengths = interval / substeps * jnp.asarray(stages)
 
     def stage(number: Array, orbits: Compensated) -> Compensated:

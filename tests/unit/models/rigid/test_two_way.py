@@ -6,7 +6,7 @@ import pytest
 import rebound
 
 import astroinertia
-from astroinertia.models.rigid import body as rigid, two_way
+from astroinertia.models.rigid import body as rigid, passage, two_way
 from astroinertia.models.rigid.evolution import Settings
 from astroinertia.orbits import states
 from astroinertia.orbits.particles import accelerations
@@ -90,7 +90,6 @@ def test_a_stage_takes_its_step_of_points_without_a_loop_and_looks_at_the_body_o
     """By default; where steps are long, a stage takes several of points, in a loop."""
     with jax.enable_x64(True):
         fine, coarse = motion(8, 40.0), motion(8, 5.0)
-        assert [two_way.substeps(each) for each in (40.0, 20.0, 19.0, 5.0)] == [1, 1, 2, 4]
         for body, loop in ((fine, False), (coarse, True)):
             program = jax.jit(two_way.flow).lower(body.body, body.state.orbits, 0.01).compile().as_text()
             assert (" while(" in program) == loop
@@ -110,6 +109,22 @@ def test_steps_are_for_the_pericentre_wherever_companions_are():
         turning = np.linalg.norm(np.cross(place[0], speed[0])) / 0.3**2
         at_pericentre = np.sqrt(1.3 * 0.3 * 1.7) / 0.3**2
         assert turning == pytest.approx(at_pericentre, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("spin", "substeps"), [(10.0, 1), (0.1, 5)])
+def test_points_take_the_steps_that_their_own_turns_ask_for(spin, substeps):
+    """Four steps a rotation: of a body that turns fast they are enough for points, else five times too long."""
+    with jax.enable_x64(True):
+        bodies = system()
+        ball = coupled(bodies, np.full(3, 4e-4), QUATERNION, spin * MOMENTUM, Settings(steps_per_rotation=4.0, order=2))
+        mass, orbits = ball.body.companions.mass, ball.body.companions.orbits
+        pace = float(passage.present_pace(ball.body, ball.course(), 3.0))
+        step = 2.0 * np.pi / (4.0 * pace)
+        assert int(passage.whole(two_way.substeps(ball.body.mass, mass, orbits, step))) == substeps
+        ball.advance(3.0)
+        bodies.integrate(3.0)
+        assert np.abs(places(ball) - states.present(bodies)[0]).max() < 1e-9
 
 
 @pytest.mark.slow
