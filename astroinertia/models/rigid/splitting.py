@@ -189,15 +189,15 @@ def advance(
             return state, rows
         row = None
         if known is not None:
-            place = (index + 1) % _KNOWN_AT_ONCE
-            rows = jax.lax.cond(place == 0, lambda: known(arguments, kick_times(index)), lambda: rows)
+            place, at = (index + 1) % _KNOWN_AT_ONCE, partial(known, arguments)
+            rows = jax.lax.cond(place == 0, lambda: at(kick_times(index)), lambda: rows)
             row = jax.tree.map(lambda each: each[place], rows)
         share = jnp.where(opens | (index == steps * count - 1), 0.5 * lengths[number], kicks[number])
         return _kicked(state, kick(arguments, before + interval, state, step * share, row)), rows
 
     rows = None
     if known is not None:
-        sized = jax.eval_shape(lambda: known(arguments, kick_times(-1)))
+        sized = jax.eval_shape(known, arguments, kick_times(-1))
         rows = jax.tree.map(lambda each: jnp.zeros(each.shape, each.dtype), sized)
     state, _ = jax.lax.fori_loop(0 if kick is None else -1, steps * count, stage, (state, rows))
     if not free:
