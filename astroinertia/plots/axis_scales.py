@@ -4,9 +4,10 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset.derived import SPINLESS
+from astroinertia.inertia.tensor import axial_vector
 from astroinertia.units import SPEED_OF_LIGHT
 
-FROM_PAIRS = 1e-7  # of the largest angular momentum: what single-precision pairs give to a body that has none (4e-9)
+FROM_PAIRS = 1e-7  # of an effect's virial tensor: a torque that single-precision pairs give where there is none (4e-9)
 ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy")
 
 
@@ -41,16 +42,36 @@ def wave_scale(dataset: xr.Dataset) -> float:
 def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     """The largest angular momentum of the run, and whether the body spins.
 
-    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2). One that began without
-    spin spins when it has more than round-off gives it, which depends on the precision of the run.
+    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2). One spins that has more
+    than round-off gives it, beside what only errors have given: those of single-precision pairs, and of multipoles.
     """
-    momentum = np.linalg.norm(dataset["angular_momentum"].transpose("time", "i").values, axis=1)
+    momenta = dataset["angular_momentum"].transpose("time", "i").values
     second, kinetic = (
         np.einsum("tii->t", dataset[name].transpose("time", "i", "j").values)
         for name in ("second_moment", "kinetic_tensor")
     )
-    largest = float(np.max(np.sqrt(second * kinetic), where=np.isfinite(second * kinetic), initial=0.0)) * 2.0
-    largest_momentum = float(np.max(momentum, where=np.isfinite(momentum), initial=0.0))
-    exact = momentum[0] > SPINLESS * largest or dataset.attrs.get("precision") == "float64"
-    least = SPINLESS if exact else FROM_PAIRS
-    return (largest_momentum, True) if largest_momentum > least * largest else (largest or 1.0, False)
+    most = _largest(np.sqrt(second * kinetic)) * 2.0
+    own = _largest(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
+    return (_largest(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
+
+
+def _given_by_errors(dataset: xr.Dataset) -> np.ndarray | float:
+    """The angular momentum (time, i) that came from effects whose own virial tensors have no torque.
+
+    Such are forces between particles; the sum of what they do to the particles has a torque only by its errors.
+    """
+    if not all(name in dataset for name in ("torque", "virial_tensor", "mixed_impulse")):
+        return 0.0
+    torque = dataset["torque"].transpose("effect", "time", "i").values
+    virial = dataset["virial_tensor"].transpose("effect", "time", "i", "j").values
+    inner = [
+        bool(np.isfinite(turning).any()) and _largest(turning) <= FROM_PAIRS * _largest(pull)
+        for turning, pull in zip(torque, virial, strict=True)
+    ]
+    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    return np.nansum(impulse[:, inner], axis=1)
+
+
+def _largest(values: np.ndarray) -> float:
+    """The largest size of a number; 0 where none is known."""
+    return float(np.max(abs(values), where=np.isfinite(values), initial=0.0))
