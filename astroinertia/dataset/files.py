@@ -16,6 +16,7 @@ from astroinertia.dataset.schema import FORMAT
 from astroinertia.errors import ArchiveError
 from astroinertia.observables.quantities import RENAMED
 from astroinertia.storage import hdf5_structure, trailer
+from astroinertia.storage.archive import way_to_rewrite
 from astroinertia.storage.atomic import archive_errors
 from astroinertia.storage.bounded import check_proportion
 
@@ -96,7 +97,15 @@ def _check_sizes(path: Path, group: str | None) -> bool:
 
 
 def _look(path: Path) -> None:
-    """ArchiveError for what is not worth opening: no file, no HDF5, or not what was written."""
+    """ArchiveError for what is not worth opening, with the way to a whole file where there is one."""
+    try:
+        _must_be_whole(path)
+    except ArchiveError as error:
+        raise ArchiveError(f"{error}{way_to_rewrite(path)}") from error
+
+
+def _must_be_whole(path: Path) -> None:
+    """ArchiveError for no file, no HDF5, or not what was written."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for
             raise ArchiveError(f"{path} is not a file.")

@@ -17,6 +17,7 @@ import fcntl
 import json
 import os
 import re
+import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -368,6 +369,19 @@ def file_of_sweep(folder: Path) -> Path:
         raise ArchiveError(f"{folder} holds a sweep that is not finished; resume it.")
     regular(file)
     return file
+
+
+def way_to_rewrite(path: Path) -> str:
+    """How the final file of a run or sweep is written again from what is beside it, in a sentence; empty for others."""
+    folder = path.parent
+    try:
+        own = (
+            file_of_sweep(folder).name if (folder / SWEEP).exists() else final_name(manifests.read(folder)["metadata"])
+        )
+    except ArchiveError:
+        return ""
+    again = f" All that was in it is beside it: astroinertia resume {shlex.quote(str(folder))} writes it again."
+    return again if path.name == own else ""
 
 
 def final_name(metadata: Mapping[str, Any]) -> str:

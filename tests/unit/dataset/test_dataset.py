@@ -437,6 +437,23 @@ def test_things_that_are_no_datasets_are_refused_by_one_sentence(tmp_path):
         xr.Dataset({"a": 1}).inertia  # noqa: B018
 
 
+def test_a_damaged_result_of_a_run_says_how_it_is_written_again(run, tmp_path):
+    """And only there: the same file by another name, or without its run, is nothing that the program can mend."""
+    copy = tmp_path / "run"
+    shutil.copytree(run, copy)
+    whole = (copy / "affine_star.nc").read_bytes()
+    for path in (copy / "affine_star.nc", copy / "copy.nc", tmp_path / "affine_star.nc"):
+        path.write_bytes(whole[: len(whole) // 2])
+        for ask in (dataset.open, dataset.open_snapshots):
+            with pytest.raises(ArchiveError, match="ends before its time") as caught:
+                ask(path)
+            again = f"astroinertia resume {copy} writes it again."
+            assert str(caught.value).endswith(again) == (path == copy / "affine_star.nc")
+    with Archive.open(copy) as archive:
+        dataset.finish(archive)
+    assert dataset.open(copy).equals(dataset.open(run))
+
+
 def test_a_long_scene_survives(tmp_path):
     text = "# é" + "x" * 70000
     path = written(tmp_path, affine_run()[0][:1], [], {**METADATA, "scene": text}, segments=1)
