@@ -1,6 +1,7 @@
 """The command line: the only file that prints or exits. Heavy modules are imported by the commands that need them."""
 
 import argparse
+import io
 import os
 import select
 import shlex
@@ -81,6 +82,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     A signal where nothing is to be saved, or a second one, ends the process at once, with 128 and its number.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal that has no such character shows another for it
+        sys.stdout.reconfigure(errors="replace")
     with interrupts.watched(_end):
         return _carried_out(arguments)
 

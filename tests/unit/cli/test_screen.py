@@ -76,3 +76,15 @@ def test_why_a_member_failed_does_not_reach_the_terminal(tmp_path, monkeypatch, 
     said = capsys.readouterr()
     assert "evil" in said.out + said.err
     assert not acts(said.out + said.err)
+
+
+def test_a_terminal_without_a_character_shows_another_for_it(monkeypatch, capsys):
+    """As in a locale without UTF-8: nothing is lost but that character."""
+    shown = {}
+    for encoding in ("utf-8", "ascii"):
+        stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+        monkeypatch.setattr("sys.stdout", stream)
+        assert cli.main(["guide", "ledger"]) == 0
+        shown[encoding] = stream.buffer.getvalue().decode(encoding)
+    assert not shown["utf-8"].isascii() and not capsys.readouterr().err
+    assert shown["ascii"] == shown["utf-8"].encode("ascii", "replace").decode()
