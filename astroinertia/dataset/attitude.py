@@ -14,6 +14,7 @@ from astroinertia.inertia.principal import EQUAL_MOMENTS
 Series = Mapping[str, np.ndarray]
 
 _ALONG = 1e-9  # below this sine of the angle from z, L goes round nothing
+_BESIDE = 0.1  # of how far L moves sideways: nearer to z than that it passes z rather than going round it
 _FEW = 16  # records from which a course and an oscillation about it follow
 _SMALL = 0.1  # rad: the wobble up to which it dies away by a factor e in one time
 _GONE = 1e-14  # of the energy: round-off
@@ -40,7 +41,10 @@ def attitude_quantities(series: Series, held: bool, deforms: bool) -> dict[str, 
     size = np.linalg.norm(momentum, axis=-1)
     level = np.hypot(momentum[:, 0], momentum[:, 1])
     pull = series["torque"][:, :-1].sum(axis=1)
-    tilted = level > _ALONG * size
+    sideways = np.where(size > 0.0, momentum[:, :2].T / np.where(size > 0.0, size, 1.0), np.nan)
+    sine = np.hypot(*sideways)
+    way = _largest(np.hypot(*(sideways.T - sideways[:, np.argmax(size > 0.0)]).T))
+    tilted = (sine > _ALONG) & (np.min(sine, where=size > 0.0, initial=1.0) > _BESIDE * way)
     around = momentum[:, 0] * pull[:, 1] - momentum[:, 1] * pull[:, 0]
     moments, along = _in_body(series)
     inverse = np.where(moments > 0.0, 1.0 / np.where(moments > 0.0, moments, 1.0), 0.0)
@@ -182,6 +186,10 @@ def _settling_time(series: Series) -> float | None:
     if small.sum() < _FEW or not (np.diff(above[small]) < 0.0).all():
         return None
     return float(-2.0 / np.polyfit(series["time"][small], np.log(above[small]), 1)[0])
+
+
+def _largest(values: np.ndarray) -> float:
+    return float(np.max(values, where=np.isfinite(values), initial=0.0))
 
 
 def _over(numerator: np.ndarray, denominator: np.ndarray, where: np.ndarray) -> np.ndarray:

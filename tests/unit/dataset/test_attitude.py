@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import astroinertia
-from astroinertia.dataset.attitude import course
+from astroinertia.dataset.attitude import attitude_quantities, course
 from astroinertia.plots.in_words import summary
 from astroinertia.rotation import free_top, heavy_top
 from astroinertia.rotation.precession import ARCSECOND, ARCSECOND_PER_YEAR, luni_solar_precession
@@ -109,6 +109,23 @@ def test_the_wobble_period_of_three_moments_is_that_of_the_elliptic_functions(tm
     spin = ds.attitude.values[0] @ ds.angular_momentum.values[0] / [1.0, 2.0, 2.5]
     expected = free_top.period(free_top.free_top((1.0, 2.0, 2.5), [float(rate) for rate in spin]))
     assert ds.wobble_period.values == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(("tilt", "known"), [(0.3, True), (1e-2, True), (1e-6, False), (0.0, False)])
+def test_a_body_that_a_torque_moves_past_the_pole_has_no_rate_of_precession(tilt, known):
+    """Beside the pole, a torque over the little of L that is across it would be a rate of any size."""
+    time = np.linspace(0.0, 1.0, 20)
+    pull = np.array([0.0, 5e-3, 0.0])
+    momentum = np.array([np.sin(tilt), 0.0, np.cos(tilt)]) + time[:, None] * pull
+    series = {
+        "time": time, "angular_momentum": momentum, "torque": np.tile([pull, 0.0 * pull], (20, 1, 1)),
+        "attitude": np.tile(np.eye(3), (20, 1, 1)), "inertia_tensor": np.tile(np.diag([1.0, 1.0, 2.0]), (20, 1, 1)),
+    }  # fmt: skip
+    found = attitude_quantities(series, held=False, deforms=False)
+    assert ("precession_rate" in found) == known
+    if known:
+        assert found["precession_rate"][0] == pytest.approx(5e-3 / np.sin(tilt), rel=1e-12)
+    assert "obliquity" in found and "wobble_angle" in found
 
 
 @pytest.mark.full
