@@ -59,6 +59,7 @@ _OF_THE_FRAME = (
     *("region_velocity", "region_angular_momentum", "region_angular_velocity", "region_rotational_energy"),
     *("region_mixed_moment", "region_kinetic_tensor", "region_rotational_to_gravitational"),
 )
+_TURNS = {"mode_phase": 2.0 * np.pi, "ring_mode_phase": 2.0 * np.pi, "bar_phase": np.pi}  # rad, known but for these
 NO_VALUE = "the observable has no value for this body"
 NOT_OF_A_RUN = "does not hold the records of a run"
 Chunks = Mapping[str, int] | None
@@ -169,6 +170,8 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     values = {name: np.asarray(array) for name, array in series.items()}
     unclosed = ledger_warnings(values, effects)
     values |= derived_quantities(values, tolerance, metadata.get("reference_radius"), metadata.get("structure", {}))
+    # As angles go on, means over a time and lines between records are what they seem to be.
+    values |= {name: _continued(values[name], turn) for name, turn in _TURNS.items() if name in values}
     attitude = metadata.get("model") == "rigid" and {"attitude", "torque"} <= set(values)
     if attitude:
         values |= attitude_quantities(values, "pivot" in effects, "rotational_deformation" in effects)
@@ -197,6 +200,12 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     if unclosed:
         attrs["ledger_warnings"] = "\n".join(unclosed)
     return xr.Dataset(variables, coords=_coordinates(variables, metadata, seconds, frequency), attrs=attrs)
+
+
+def _continued(angles: np.ndarray, turn: float) -> np.ndarray:
+    """Angles (T, ...) that are known but for whole turns, with those that are nearest to the record before."""
+    steps = np.nan_to_num(np.diff(angles, axis=0, prepend=angles[:1]))
+    return angles - turn * np.cumsum(np.round(steps / turn), axis=0)
 
 
 def _gravitational_waves(values: Mapping[str, np.ndarray], units: CodeUnits) -> dict[str, np.ndarray]:

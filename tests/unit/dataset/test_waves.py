@@ -206,6 +206,36 @@ def test_a_pattern_speed_needs_a_mode_that_has_a_size():
     assert float(found) == pytest.approx(0.3, rel=1e-12)
 
 
+def test_means_of_phases_are_phases_of_means():
+    """Phases go on over whole turns: a mean over both sides of one would be half a turn off."""
+    records, _ = affine_run(outputs=60, particles=64)
+    series = {name: np.stack([record[name] for record in records]) for name in records[0]}
+    times = np.linspace(0.0, 30.0, len(records))
+    amplitude, phases = np.full((len(times), 4), 0.1), np.outer(times, [0.7, 1.4, 2.1, 2.8])
+    turning = series | {"mode_amplitude": amplitude, "mode_phase": np.angle(np.exp(1j * phases)), "time": times}
+    data = headline(turning, METADATA)
+    np.testing.assert_allclose(data.mode_phase, phases, rtol=1e-13, atol=1e-13)
+    unit = data.attrs["code_unit_time"]
+    for mean in (
+        data.coarsen(time=3, boundary="trim").mean(),
+        data.rolling(time=3).mean(),
+        data.interp(time=data.time[:-1] + 0.2 * unit),
+    ):
+        assert float(mean.inertia.pattern_speed(2)["rate"]) * unit == pytest.approx(0.7, rel=1e-9)
+
+
+def test_the_direction_of_a_bar_goes_on_over_half_turns():
+    angle = np.linspace(0.0, 9.0, 40)
+    turned = np.stack([np.diag([2.0, 1.0, 1.0])] * 40)
+    cos, sin = np.cos(angle), np.sin(angle)
+    axes = np.moveaxis(np.array([[cos, -sin, 0 * cos], [sin, cos, 0 * cos], [0 * cos, 0 * cos, 0 * cos + 1]]), 2, 0)
+    second = axes @ turned @ axes.transpose(0, 2, 1)
+    series = {"time": angle, "mass": np.ones(40), "second_moment": second, "mixed_moment": 0 * second,
+              "inertia_tensor": np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second}  # fmt: skip
+    found = headline(series, {"name": "x", "dimensionless": True, "effects": [], "code_units": None})["bar_phase"]
+    np.testing.assert_allclose(found, angle, atol=1e-12)
+
+
 def test_a_line_tells_its_error():
     """Of 500 noisy lines, the true slope lies within one standard error of 68%, to the noise of 500 trials."""
     random, times = np.random.default_rng(2), np.linspace(0, 1, 30)
