@@ -188,4 +188,4 @@ def _arrows(panels, particles: Matter, half_width: float, length_scale: float, u
             scale=fastest / cell, width=0.004, headwidth=3.6, headlength=4,
         )  # fmt: skip
     speed = raised(written(float(f"{fastest:.2g}"), *style.scale_of(unit, fastest)))
-    name_view(panels[-1], f"longest arrow: {speed}", 0.035)
+    name_view(panels[-1], f"longest arrow\n{speed}", 0.035)

@@ -23,6 +23,7 @@ from astroinertia.plots.style import STYLE, styled
 READABLE = (6.0, 5.5, 5.0, 4.5)  # points, the best first: journals ask for 6 in print
 TITLE = float(STYLE["axes.titlesize"])
 _PLACES = ("original", "active")  # of a panel, before and after its aspect is seen to
+_FEWEST = 2  # parts between the numbers of an axis
 _TOUCH = 2.0  # pixels by which the boxes of two texts may overlap: less than the room around their letters
 
 
@@ -31,7 +32,8 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
 
     Returns the share by which that shrinks: the smaller of those of width and height, so that all text has its room.
     Type below 6 points stays as near to that as keeps all text apart, titles in several lines where it must be, and no
-    smaller than the titles of the panels, shrunk. Test: tests/unit/plots/test_small.py.
+    smaller than the titles of the panels, shrunk. An axis has fewer numbers where these have less room.
+    Test: tests/unit/plots/test_small.py.
 
     >>> figure = Figure(figsize=(9.0, 6.0), layout="constrained")
     >>> axes = figure.subplots()
@@ -53,6 +55,7 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
         axes: list[tuple[Any, dict[str, float]]] = [
             (artist, _tick_sizes(artist)) for artist in artists if isinstance(artist, Axis)
         ]
+        numbers = [(found, found._nbins, ticks["major"]) for axis, ticks in axes if (found := _counting(axis))]
         for artist in artists:
             _shrink(artist, share)
         panels: list[Any] = figure.axes
@@ -63,6 +66,8 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
             for axis, ticks in axes:
                 for which, own in ticks.items():
                     axis.set_tick_params(which, labelsize=_type_size(own, share, least))
+            for locator, most, own in numbers:
+                locator.set_params(nbins=max(_FEWEST, int(most * share * own / _type_size(own, share, least))))
             for panel in panels:
                 panel._left_title.set_wrap(least > 0.0)
             fits = not least or _is_legible(figure)
@@ -74,7 +79,7 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
 
 
 def _is_legible(figure: Figure) -> bool:
-    """Whether no text leaves the page or lies on another, and no legend lies on a curve."""
+    """Whether no text leaves the page, or its frame an image, or lies on another, and no legend lies on a curve."""
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied")  # no room for the panels at all
@@ -84,6 +89,10 @@ def _is_legible(figure: Figure) -> bool:
     page, boxes = figure.bbox, [text.get_window_extent() for text in _shown(figure)]
     if any(box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1 for box in boxes):
         return False
+    for text in _shown(figure):
+        frame: Any = text.get_bbox_patch()
+        if frame and text.axes and text.axes.images and frame.get_window_extent().x1 > text.axes.bbox.x1 + _TOUCH:
+            return False
     for one, other in itertools.combinations(boxes, 2):
         across, upward = min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0)
         if min(across, upward) > _TOUCH:
@@ -145,6 +154,12 @@ def _tick_sizes(axis: Any) -> dict[str, float]:
     style: Any = matplotlib.rcParams
     usual = style[f"{axis.axis_name}tick.labelsize"]
     return {which: axis.get_tick_params(which).get("labelsize", usual) for which in ("major", "minor")}
+
+
+def _counting(axis: Any) -> Any:
+    """What places the numbers of an axis, where it is asked for so many at most; None where it looks for their room."""
+    locator = axis.get_major_locator()
+    return locator if getattr(locator, "_nbins", "auto") != "auto" else None
 
 
 def _shrink_axis(axis: Any, share: float) -> None:
