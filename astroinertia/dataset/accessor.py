@@ -57,12 +57,9 @@ class InertiaAccessor:
     """
 
     def __init__(self, opened: xr.Dataset | xr.DataTree) -> None:
+        arranged.require_tensor(opened)
         self._tree = opened if isinstance(opened, xr.DataTree) else None
         dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
-        if "inertia_tensor" not in dataset:
-            members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
-            more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
-            raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
         dataset = arranged.from_x_to_z(whole(arranged.along(in_seconds(dataset))))
         arranged.require_own_units(dataset)
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)

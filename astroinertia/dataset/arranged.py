@@ -14,12 +14,25 @@ from astroinertia.observables.quantities import DERIVED, RECORDED
 from astroinertia.units import astropy_quantity, shown, unit_of
 
 
+def require_tensor(opened: xr.Dataset | xr.DataTree) -> None:
+    """ValueError for what is no record of a run, which says where that is."""
+    if "inertia_tensor" in opened:
+        return
+    members = [name for name in getattr(opened, "children", ()) if name.startswith("member-")]
+    more = f"; each run of a sweep has its own, such as tree[{members[0]!r}].inertia" if members else ""
+    more = "; these are particles: ask that of their run" if "snapshot_time" in opened.coords else more
+    raise ValueError(f"this dataset has no inertia_tensor; the accessor is for datasets of astroinertia{more}")
+
+
 def along(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset of which one time, one effect or one mode was chosen, with that as the only one."""
     if "time" not in dataset.coords:
-        raise ValueError("the dataset has no times: the accessor is for records of a run, not for what is made of them")
+        raise ValueError(f"the dataset has no times: {_way_to_times(dataset['inertia_tensor'])}")
     if dataset["time"].dims not in ((), ("time",)):
-        raise ValueError(f"the times are along {dataset['time'].dims[0]}; the accessor takes records along time")
+        dim = dataset["time"].dims[0]
+        stacked = getattr(dataset.indexes.get(dim), "nlevels", 1) > 1
+        way = f"unstack({dim!r})" if stacked else f"swap_dims({dim}='time')"
+        raise ValueError(f"the times are along {dim}; the accessor takes records along time: ds.{way} has them so")
     for dim in ("i", "j"):
         if dim in dataset.coords and dim not in dataset.dims:
             raise ValueError(f"vectors and tensors must be whole: along {dim} there is {dataset[dim].values} alone")
@@ -39,6 +52,17 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
             chosen = {name: dataset[name].expand_dims(dim) for name in names if dim == "time" or name in schema}
             dataset = dataset.drop_vars(dim).assign(chosen)
     return dataset
+
+
+def _way_to_times(tensor: xr.DataArray) -> str:
+    """How records along another dimension, as groups or under another name, are records along time again."""
+    others = [str(dim) for dim in tensor.dims if dim not in ("i", "j")]
+    if len(others) != 1:
+        return "the accessor is for records of a run, not for what is made of them"
+    (dim,) = others
+    binned = hasattr(tensor.indexes.get(dim), "mid")  # as an index of intervals has
+    bins = f".assign_coords({dim}=[bin.mid for bin in ds[{dim!r}].values])" if binned else ""
+    return f"its records are along {dim}; where that is a time in seconds, ds{bins}.rename({dim}='time') has them"
 
 
 def in_seconds(series: Any) -> Any:

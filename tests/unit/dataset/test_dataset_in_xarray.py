@@ -192,3 +192,31 @@ def test_a_picture_of_a_running_mean_begins_where_it_has_a_value(opened):
         getattr(mean.inertia, f"plot_{name}")()  # without a warning, which is an error here
     lines = mean.inertia.plot_inertia().axes[0].lines
     assert len(lines[0].get_xdata()) == opened.sizes["time"] - 4
+
+
+@pytest.mark.parametrize(
+    ("made", "way"),
+    [
+        (lambda ds: ds.groupby_bins("time", 4).mean(), lambda ds: ds.assign_coords(
+            time_bins=[bin.mid for bin in ds["time_bins"].values]).rename(time_bins="time")),
+        (lambda ds: ds.rename(time="t"), lambda ds: ds.rename(t="time")),
+        (lambda ds: ds.assign_coords(n=("time", np.arange(25))).swap_dims(time="n"), lambda ds: ds.swap_dims(n="time")),
+        (lambda ds: xr.concat([ds, ds], "run").stack(all=("run", "time")), lambda ds: ds.unstack("all")),
+    ],
+    ids=["bins", "renamed", "swapped", "stacked"],
+)  # fmt: skip
+def test_records_that_are_no_longer_along_time_are_refused_with_the_way_back(opened, made, way):
+    """What the sentence says to do, after "ds", is what is done here, and it works."""
+    with xr.set_options(keep_attrs=True):
+        given = made(opened)
+    with pytest.raises(ValueError, match="along") as caught:
+        given.inertia  # noqa: B018
+    said = str(caught.value).partition(" ds")[2].removesuffix(" has them").removesuffix(" has them so")
+    again = eval(f"ds{said}", {"ds": given})
+    xr.testing.assert_identical(again, way(given))
+    assert np.isfinite(again.inertia.spin_rate()).all()
+
+
+def test_particles_by_themselves_are_said_to_be_particles(run):
+    with pytest.raises(ValueError, match=r"no inertia_tensor.*; these are particles: ask that of their run"):
+        astroinertia.open_tree(run)["snapshots"].inertia  # noqa: B018
