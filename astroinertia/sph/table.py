@@ -11,7 +11,7 @@ tests/unit/sph/test_table_of_snapshots.py, tests/unit/sph/test_table_phantom.py.
 import math
 import warnings
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +32,7 @@ from astroinertia.storage.columns import (
     scaled,
     unit_scales,
 )
-from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, is_netcdf, split_units, split_vectors
+from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, netcdf_group, split_units, split_vectors
 from astroinertia.units import DIMENSIONLESS, CodeUnits
 
 REQUIRED = ("mass", "x", "y", "z")
@@ -92,8 +92,8 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         columns, own, note = snapshot
         return replace(_checked(path, columns, fewest, own, True), note=note)
     reader = _READERS[suffix]
-    if suffix in HDF5_SUFFIXES and is_netcdf(path, (*REQUIRED, *_ALIASES), COLUMNS.what):
-        reader = _netcdf
+    if suffix in HDF5_SUFFIXES and (place := netcdf_group(path, (*REQUIRED, *_ALIASES), COLUMNS.what)):
+        reader = partial(_netcdf, group=place)
     columns, stated = reader(path, COLUMNS)
     return replace(_checked(path, columns, fewest, None, False), units=SI if stated else None)
 
@@ -171,8 +171,8 @@ def _extent(path: Path, in_si: bool, size: int, changed: int) -> tuple[float, fl
     return total, float(about)
 
 
-def _netcdf(path: Path, wanted: Columns) -> Read:
-    arrays, units = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, wanted.named)
+def _netcdf(path: Path, wanted: Columns, group: str = "/") -> Read:
+    arrays, units = netcdf_columns(path, REQUIRED + OPTIONAL, MAX_PARTICLES, wanted.named, group)
     columns = split_vectors(f"{wanted.what} {path}", arrays)
     wanted.check(path, list(columns))
     return scaled(columns, unit_scales(path, wanted, columns, split_units(units)))

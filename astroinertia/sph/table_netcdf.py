@@ -26,17 +26,20 @@ _OF_A_SNAPSHOT = {"mass": "mass", "position": "position", "velocity": "velocity"
 _Read = tuple[dict[str, np.ndarray], dict[str, str]]
 
 
-def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> _Read:
+def netcdf_columns(
+    path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str], group: str = "/"
+) -> _Read:
     """Columns by name, of which `names` are wanted, as float64, (N,) or those of vectors (N, 3), and units of them.
 
-    N is at most `most`. named: a column's own name. SceneError that says what is wrong with the file.
+    N is at most `most`. named: a column's own name. group: that of the columns, / of none. SceneError that says
+    what is wrong with the file.
     """
     what = f"particle table {path}"
     try:
         if hdf5_structure.is_hdf5(path):
             hdf5_structure.check(path)
             trailer.check(path)
-            return _netcdf4(path, names, most, named)
+            return _netcdf4(path, names, most, named, group)
         return _classic(path, names, most, named)
     except AstroinertiaError:
         raise
@@ -45,7 +48,7 @@ def netcdf_columns(path: Path, names: tuple[str, ...], most: int, named: Callabl
         raise SceneError(f"{what} is not the result of a run, nor a netCDF file of columns ({reason})") from error
 
 
-def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str]) -> _Read:
+def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str], str], group: str) -> _Read:
     import netCDF4  # only here: most runs read no file
 
     with netCDF4.Dataset(path) as file:
@@ -62,9 +65,10 @@ def _netcdf4(path: Path, names: tuple[str, ...], most: int, named: Callable[[str
                 lost = f"{gone} of its {last['mass'].size} particles are in sinks, which a table has not"
                 raise SceneError(f"particle table {path} is of a run that ended as no whole body: {lost}")
             return _read(path, chosen, last, labels)
-        chosen = _chosen(path, file.variables, names, named)
+        variables = file.groups.get(group, file).variables
+        chosen = _chosen(path, variables, names, named)
         _check(path, chosen, most)
-        labels = _labels(path, file.variables, chosen)
+        labels = _labels(path, {**file.variables, **variables}, chosen)
         return _read(path, chosen, {name: variable[:] for name, variable in chosen.items()}, labels)
 
 

@@ -55,12 +55,19 @@ def hdf5_columns(
         return split_vectors(name, numbers(path, name, columns, most)), split_units(_units(h5py, name, columns))
 
 
-def is_netcdf(path: Path, names: tuple[str, ...], what: str) -> bool:
-    """Whether a file was written as netCDF, with columns at its root: packed numbers and labels are stated there."""
-    with opened(path, f"{what} {path}") as (h5py, file):
-        columns = members(h5py, f"{what} {path}", file, (*names, *VECTORS))
+def netcdf_group(path: Path, names: tuple[str, ...], what: str) -> str | None:
+    """The place of the columns in a file that was written as netCDF, which states packed numbers and labels there.
+
+    None for any other file, and where columns are in several groups.
+    """
+    name, wanted = f"{what} {path}", (*names, *VECTORS)
+    with opened(path, name) as (h5py, file):
+        holders = {place: found for place in ("/", *group_names(h5py, name, file))
+                   if (found := members(h5py, name, file[place], wanted))}  # fmt: skip
+        place = "/" if "/" in holders or len(holders) != 1 else next(iter(holders))
+        columns = holders.get(place, {})
         said = (_OF_NETCDF.intersection(dataset.attrs) for dataset, field in columns.values() if field is None)
-        return bool(columns) and ("_NCProperties" in file.attrs or any(said))
+        return place if columns and ("_NCProperties" in file.attrs or any(said)) else None
 
 
 def h5py_for(path: Path) -> Any:

@@ -219,8 +219,16 @@ def test_packed_numbers_are_known_without_the_mark_that_newer_netcdf_leaves(tmp_
         del file.attrs["_NCProperties"]
     np.testing.assert_allclose(read_table(tmp_path / "p.h5").mass, VALUES[:, 0], atol=1e-8)
     data.to_netcdf(tmp_path / "q.h5", group="stars", encoding=packed, engine="netcdf4")
-    with pytest.raises(SceneError, match="mass is packed"):
-        read_table(tmp_path / "q.h5")
+    np.testing.assert_allclose(read_table(tmp_path / "q.h5").mass, VALUES[:, 0], atol=1e-8)
+
+
+@pytest.mark.parametrize("group", [None, "stars"])
+def test_components_of_a_netcdf_file_are_in_the_order_of_their_labels_wherever_they_stand(tmp_path, group):
+    data = xr.Dataset(
+        {"mass": ("particle", VALUES[:, 0]), "position": (("particle", "i"), VALUES[:, 1:4])}, {"i": ["x", "y", "z"]}
+    )
+    data.sel(i=["z", "x", "y"]).to_netcdf(tmp_path / "p.h5", group=group, engine="netcdf4")
+    np.testing.assert_array_equal(read_table(tmp_path / "p.h5").position, VALUES[:, 1:4])
 
 
 def test_scales_of_dimensions_make_no_netcdf_of_a_file(tmp_path):
