@@ -129,7 +129,9 @@ class _Arguments:
         self.labelled = {name for name, parameter in parameters if "DataArray" in str(parameter.annotation)}
         self.complex = {name for name, parameter in parameters if "complex" in str(parameter.annotation)}
         self.arrays = {name for name, parameter in parameters if _may_be_array(parameter)}
-        self.numbers = {name for name, parameter in parameters if parameter.annotation in (float, int)}
+        self.numbers = {
+            name for name, parameter in parameters if {*_kinds(parameter.annotation)} - {NoneType} in ({float}, {int})
+        }
         scale = self.signature.parameters.get("scale")  # passed on to the scaling of a figure: mass, mean radius, G
         self.scales = scale is not None and scale.kind is scale.VAR_KEYWORD
         self.counts = {name for name, parameter in parameters if parameter.annotation is int}
@@ -261,7 +263,20 @@ class _Arguments:
 def _is_one_number(value: Any) -> bool:
     """Whether it is a number of another precision than float64, or one in an array without dimensions."""
     made = type(value)
-    return made in _OTHER_PRECISION or (made is np.ndarray and not value.ndim and value.dtype.kind in "fiu")
+    if made in _OTHER_PRECISION:
+        return True
+    return (made is np.ndarray or _is_of_jax(value)) and not value.ndim and value.dtype.kind in "fiu"
+
+
+def _is_of_jax(value: Any) -> bool:
+    """Whether it is an array of JAX that has values, as none has in a transformation."""
+    jax = sys.modules.get("jax")  # where it is not imported, nothing is of it
+    return jax is not None and isinstance(value, jax.Array) and not isinstance(value, jax.core.Tracer)
+
+
+def _kinds(annotation: Any) -> tuple[Any, ...]:
+    """The types of a union, or the one that it is."""
+    return get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
 
 
 def _may_be_array(parameter: inspect.Parameter) -> bool:
@@ -292,8 +307,8 @@ def _needs_a_look(value: Any) -> bool:
         return value.dtype.kind != "f" or not value.ndim
     return (
         isinstance(value, _LOOKED_AT)
-        or made in _OTHER_PRECISION
         or _dtype_kind(value) in ("i", "u")
+        or _is_one_number(value)
         or _may_have_unit(value)
         or _is_series(value)
     )
@@ -442,7 +457,7 @@ def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
     if value is parameter.default or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
         return None
     made = parameter.annotation
-    kinds = get_args(made) if isinstance(made, UnionType) else (made,)
+    kinds = _kinds(made)
     listed = [kind for kind in map(get_origin, kinds) if isinstance(kind, type) and issubclass(kind, Iterable)]
     if listed and not _is_one_of(value, (*listed, *(kind for kind in kinds if isinstance(kind, type)))):
         return "a table (a dict)" if all(issubclass(kind, Mapping) for kind in listed) else "a list"

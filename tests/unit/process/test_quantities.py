@@ -17,7 +17,7 @@ from astropy import constants, units as u
 from astropy.units import imperial
 
 from astroinertia.bodies import darwin, giant_planets, jacobi, maclaurin, neutron_stars, riemann, roche
-from astroinertia.bodies.break_up import polytropic_limit
+from astroinertia.bodies.break_up import polytropic_limit, polytropic_rate
 from astroinertia.bodies.cold_spheroid import ColdSpheroid
 from astroinertia.bodies.earth import prem
 from astroinertia.bodies.homogeneous_ellipsoid import HomogeneousEllipsoid
@@ -520,9 +520,10 @@ def test_masses_in_single_precision_have_moments_in_si() -> None:
     assert sample(1.0, years=np.float32(1e30) * u.Gyr)[2] == pytest.approx(1e39, rel=1e-6)
 
 
-@pytest.mark.parametrize("call", [lane_emden, polytropic_limit, polytropic_matter])
+@pytest.mark.parametrize("call", [lane_emden, polytropic_limit, polytropic_matter, lambda n: polytropic_rate(n, 0.8)])
 def test_an_index_in_an_array_of_one_is_a_number(call: Any) -> None:
-    assert call(np.array(1.5)) is call(1.5) and call(np.array(1)) is call(1)
+    for made in (np.array, jnp.array):
+        assert call(made(1.5)) == call(1.5) and call(made(1)) == call(1)
 
 
 @pytest.mark.parametrize("call", [maclaurin.from_angular_momentum, maclaurin.from_angular_velocity])
