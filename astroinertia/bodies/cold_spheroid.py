@@ -247,12 +247,16 @@ def sphere_radius(time, radius: float = 1.0, mass: float = 1.0, gravitational_co
 def fallen(share) -> np.ndarray:
     """Return r/R (...,) of what falls freely from rest, at shares (...,) of its free fall: a cycloid, to round-off.
 
-    sin^2 v with v - sin(v) cos(v) = (pi/2)(1 - share). Source: Lin, Mestel & Shu 1965.
+    sin^2 v with v - sin(v) cos(v) = (pi/2)(1 - share). ValueError for shares outside 0 to 1. Source: Lin, Mestel & Shu
+    1965.
 
     >>> print(fallen(np.array([0.0, 0.5, 1.0])).round(4))
     [1.     0.8368 0.    ]
     """
-    left = math.pi / 2 * (1 - np.asarray(share, dtype=float))
+    share = np.asarray(share, dtype=float)
+    if not ((share >= 0) & (share <= 1)).all():
+        raise ValueError("a free fall is followed from a share of 0 to 1")
+    left = math.pi / 2 * (1 - share)
     ends = np.zeros_like(left), np.full_like(left, math.pi / 2)
     return np.sin(bisected(lambda v: _excess(2 * v) < 2 * left, *ends, _BISECTIONS)) ** 2
 

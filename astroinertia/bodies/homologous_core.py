@@ -276,7 +276,7 @@ class HomologousCore:
         """a at times of the shape of `time`; ValueError after the collapse, or before t = 0."""
         time = np.asarray(time, dtype=float)
         end = self.collapse_time
-        if (time < 0).any() or (time >= end).any():
+        if not ((time >= 0) & (time < end)).all():
             raise ValueError(f"a homologous collapse is known from t = 0 to {end:g}, when it has no size any more")
         if self.deceleration == 0.0:
             return np.ones_like(time)

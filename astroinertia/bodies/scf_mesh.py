@@ -87,12 +87,14 @@ class Mesh:
 def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -> Mesh:
     """Return the mesh with `elements` inside and as many outside `inner` (0 < inner <= 1), for l = 0, 2, ... degree.
 
-    A hollow mesh, a ring's, has none inside; one with inner = 1, a sphere's, none outside.
+    A hollow mesh, a ring's, has none inside; one with inner = 1, a sphere's, none outside. ValueError for other inner.
 
     >>> mesh = build_mesh(0.8, elements=4, degree=8)
     >>> print(len(mesh.radius), f"{mesh.volume_weight.sum():.9f}", mesh.degrees)  # the integral of r^2 dr to 1 is 1/3
     64 0.333333333 [0 2 4 6 8]
     """
+    if not 0 < inner <= 1:
+        raise ValueError(f"inner must be above 0 and at most 1, not {inner:g}")
     parts = ([] if hollow else [(0.0, inner)]) + ([(inner, 1.0)] if inner < 1 else [])
     degrees = np.arange(0, degree + 1, 2)
     edges, radius, weight, operators = [0.0 if not hollow else inner], [], [], []

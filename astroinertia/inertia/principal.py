@@ -131,6 +131,7 @@ def tracked_frame(inertia: np.ndarray, tolerance: float = ROUND_OFF_GAP) -> tupl
     """
     if np.ndim(inertia) != 3:
         raise ValueError(f"a series of tensors has the shape (T, 3, 3), not {np.shape(inertia)}")
+    inertia = np.asarray(inertia)
     moments, axes = principal_frame(inertia)
     vectors = np.swapaxes(axes, -1, -2)
     gaps = principal_gap(moments)

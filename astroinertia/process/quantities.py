@@ -58,6 +58,10 @@ _OF_SHAPES = re.compile(
     r"|values to unpack|tuple index out of range|too many indices|truth value of an array",
     re.IGNORECASE,
 )
+# How NumPy and SciPy say that numbers are not finite.
+_OF_NAN = re.compile(
+    r"infs or NaNs|Eigenvalues did not converge|SVD did not converge|check for nan|convert float NaN", re.IGNORECASE
+)
 # How docstrings state vectors and tensors: (3,), (N, 3), (..., 3, 3).
 _OF_VECTORS = re.compile(r"\(3,|, 3[,)]")
 _LOOKED_AT = (list, tuple, complex, bool, np.bool_, np.complexfloating, np.ma.MaskedArray)
@@ -396,7 +400,10 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
     name = function.__qualname__.removesuffix(".__init__")
     first = _first(error)
     of_value, of_text = type(error) is ValueError, "could not convert string to float" in str(error)
+    of_nan = isinstance(error, ValueError) and bool(_OF_NAN.search(str(error)))
     of_shapes = isinstance(first, IndexError | ZeroDivisionError) or bool(_OF_SHAPES.search(str(first)))
+    if of_nan:
+        return _not_finite(function, args, options)
     if of_value and not of_text and not of_shapes:
         return InputError(str(error))
     if isinstance(error, ValueError) and not of_text and not of_shapes:
@@ -426,6 +433,18 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
     if of_shapes and (misfit := _misfit(signature, bound.arguments, function, first)) is not None:
         return InputTypeError(f"{name} {misfit}.")
     return InputError(str(error)) if of_value else None
+
+
+def _not_finite(function: Any, args: Any, options: Any) -> InputError | None:
+    """The error that names the first argument which is not finite throughout; None where all are."""
+    bound = inspect.signature(function).bind(*args, **options)
+    for key, value in bound.arguments.items():
+        numbers = np.asarray(value) if _is_numeric(value) else np.zeros(0)
+        if numbers.dtype.kind == "f" and (wrong := numbers[~np.isfinite(numbers)]).size:
+            return InputError(
+                f"{key} of {function.__qualname__.removesuffix('.__init__')} must be finite, not {wrong[0]}."
+            )
+    return None
 
 
 def _first(error: BaseException) -> BaseException:

@@ -167,6 +167,8 @@ def moment_ratio_from_obliquity(
 
 def _locked_strength(j2: float, c22: float, eccentricity: float, p: float, primary_share: float) -> tuple[float, float]:
     """The two parts of what sin(theta) is multiplied by: the second goes with cos(theta)."""
+    if not (np.isfinite(j2) and np.isfinite(c22) and np.isfinite(primary_share)):
+        raise ValueError(f"j2, c22 and primary_share must be finite, not {j2:g}, {c22:g} and {primary_share:g}")
     held = 1.5 * primary_share * c22 * hansen_coefficient(eccentricity, p)
     return held, held + 1.5 * primary_share * j2 / (1 - eccentricity**2) ** 1.5
 

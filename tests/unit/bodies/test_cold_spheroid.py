@@ -11,6 +11,7 @@ import pytest
 from astroinertia.bodies import cold_spheroid
 from astroinertia.bodies.cold_spheroid import ColdSpheroid
 from astroinertia.bodies.ellipsoid_gravity import gravitational_energy, index_symbols
+from astroinertia.bodies.homologous_core import HomologousCore
 
 REFERENCE = Path(__file__).parents[2] / "reference"
 ENTRIES = json.loads((REFERENCE / "cold_spheroids.json").read_text())
@@ -65,6 +66,13 @@ def test_the_cycloid_of_free_fall_keeps_its_digits_to_the_end(share):
         angle = mpmath.findroot(lambda v: v - mpmath.sin(v) * mpmath.cos(v) - left, mpmath.cbrt(1.5 * left))
         exact = float(mpmath.sin(angle) ** 2)
     assert cold_spheroid.fallen(share) == pytest.approx(exact, rel=1e-15)
+
+
+@pytest.mark.parametrize("share", [math.nan, -1e-9, 1 + 1e-9])
+def test_a_free_fall_is_followed_from_its_start_to_its_end(share):
+    for followed in (cold_spheroid.fallen, HomologousCore(0.5, start="rest").scale_factor):
+        with pytest.raises(ValueError, match=r"is (followed|known) from"):
+            followed(np.array([0.5, share if share < 1 else 1e9]))
 
 
 def test_motion_of_the_rotating_reference_body():

@@ -1,6 +1,7 @@
 """Inversions: exact reference values, round trips over the whole range, errors against sampling, and refusals."""
 
 import json
+import math
 from pathlib import Path
 
 import jax
@@ -132,3 +133,9 @@ def test_an_inversion_is_differentiable_through_to_the_love_number():
         slope, step = float(jax.grad(love)(0.3307)), 1e-5
         difference = float(love(0.3307 + step) - love(0.3307 - step)) / (2 * step)
     assert slope == pytest.approx(difference, rel=1e-6)
+
+
+def test_errors_of_no_number_are_named():
+    for errors in ([1.0, math.nan, 50.0], np.full((3, 3), math.inf)):
+        with pytest.raises(ValueError, match="errors of two_layers_with_errors must be finite, not"):
+            two_layers_with_errors(3933.0, 0.3637, errors, mantle_density=3500.0)

@@ -250,6 +250,12 @@ def test_a_law_of_matter_gives_the_same_star_in_its_own_units():
         assert getattr(star, name) == pytest.approx(getattr(again, name), rel=1e-10), name
 
 
+@pytest.mark.parametrize("inner", [0.0, 1.01, math.nan])
+def test_a_mesh_without_an_inside_is_refused(inner):
+    with pytest.raises(ValueError, match="inner must be above 0 and at most 1"):
+        build_mesh(inner, elements=4, degree=8)
+
+
 @pytest.mark.parametrize("axis_ratio", [0.0, -1.0, 1.01, math.nan])
 def test_impossible_axis_ratios_are_refused(axis_ratio):
     with pytest.raises(ValueError, match="axis ratio"):

@@ -233,6 +233,12 @@ def test_grades_of_balance_are_those_of_the_standard():
         balancing.balance_grade(turned, -3600.0, 1.0)
 
 
+def test_holes_that_lie_nowhere_are_named():
+    one = (np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1))
+    with pytest.raises(ValueError, match="position of best_holes must be finite, not nan"):
+        balancing.best_holes(*one, [0.3, 0.3], [0.0, np.pi], [0.0, np.nan], (0.01,))
+
+
 def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():
     one = (np.array([0.006, 0.0]), np.zeros(2), (-0.1, 0.1))
     holes = balancing.best_holes(*one, [0.3], [np.pi], [0.0], (0.01,))

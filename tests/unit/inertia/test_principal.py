@@ -1,5 +1,7 @@
 """Principal axes and moments, their tracking and figure rotation, against closed forms."""
 
+import jax
+import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
@@ -113,6 +115,13 @@ def test_axes_of_spheres_and_spheroids_stay_put():
     noisy = np.stack([np.diag([1.0, 1.0, 1.6]) + 1e-12 * random_tensor(seed) for seed in range(20)])
     _, axes = principal.tracked_frame(noisy)
     np.testing.assert_allclose(axes, np.repeat(np.eye(3)[None], 20, axis=0), atol=1e-6)
+
+
+def test_a_series_of_tensors_in_jax_is_followed_as_in_numpy():
+    with jax.enable_x64(True):
+        _, _, inertia = crossing(20)
+        for found, known in zip(*map(principal.tracked_frame, (jnp.array(inertia), inertia)), strict=True):
+            np.testing.assert_allclose(found, known, rtol=1e-13, atol=1e-13)
 
 
 def test_a_tensor_that_is_not_finite_is_passed_over():

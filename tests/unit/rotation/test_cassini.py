@@ -107,6 +107,13 @@ def test_mercury():
         cassini.moment_ratio_from_obliquity(np.radians(2.04 / 60), *figure, *orbit)
 
 
+@pytest.mark.parametrize("name", ["j2", "c22", "primary_share", "node_rate", "inclination"])
+def test_a_figure_or_an_orbit_of_no_number_is_named(name):
+    moon = {"j2": 2e-4, "c22": 2e-5, "mean_motion": 2.7e-6, "node_rate": -1.1e-8, "inclination": 0.09}
+    with pytest.raises(ValueError, match=f"{name}.* must be finite, not"):
+        cassini.resonant_obliquity(0.393, **moon | {name: np.nan})
+
+
 @pytest.mark.parametrize("orbit", [(0.0, -1.0, 0.1), (1.0, 0.0, 0.1), (1.0, -1.0, 0.0), (1.0, -1.0, 2.0)])
 def test_what_has_no_states_is_refused(orbit):
     with pytest.raises(ValueError, match="Cassini states need"):
