@@ -31,7 +31,8 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT
 Array = Any
 
 _TOLERANCE = 1e-14  # of the polynomials, from how far the centre, where the equations are singular, is from a layer
-_CENTRAL_NODES, _MOST_NODES = 20, 200
+_MOST_NODES = 200
+_FEWEST_NODES, _NODES_OF_EDGES = 10, 8.0  # and how many more of them one over the root of an edge's thickness asks for
 
 
 class LoveNumbers(NamedTuple):
@@ -231,8 +232,15 @@ def _layers(planet: YieldingBody, degree: int, frequency: float) -> list[_Layer]
             away = (math.sqrt(b) + math.sqrt(a)) / (math.sqrt(b) - math.sqrt(a))
             nodes = 3 - math.log(_TOLERANCE) / math.log(away) + 0.5 * degree * math.log(b / a)
         else:
-            nodes = _CENTRAL_NODES
-        rigid = np.abs(_polynomial(planet.rigidity[k], np.array([a, b])) / (stress * soft)).max()
+            nodes = 0.0
+        within = np.linspace(a, b, 9)
+        rigidity = np.abs(_polynomial(planet.rigidity[k], within) / (stress * soft))
+        slope = np.abs(_polynomial(np.polynomial.polynomial.polyder(rows[k]), within)).max() / mean
+        # At edges of a layer its functions fall within 1/n of the radius, and those of a soft solid sooner, where its
+        # rigidity has to hold the buoyancy of the density's slope: within (mu/(g R |d rho/dx|))^(1/4)/n^(1/2).
+        fall = max(degree, math.sqrt(degree) * (slope / rigidity.min()) ** 0.25) if rigidity.any() else degree
+        nodes = max(nodes, _FEWEST_NODES + _NODES_OF_EDGES * math.sqrt(fall * (b - a) / b))
+        rigid = rigidity.max()
         layers.append(
             _Layer(
                 a, b, max(1.0, float(rigid)), bool(np.any(planet.rigidity[k])), min(_MOST_NODES, math.ceil(nodes)),

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies import clairaut
 from astroinertia.bodies.earth import elastic_prem, prem, prem_shear_quality
-from astroinertia.bodies.layered import constant_layers, linear_layers
+from astroinertia.bodies.layered import constant_layers, linear_layers, polynomial_layers
 from astroinertia.bodies.love_numbers import YieldingBody, interior, love_numbers, seismic_body, yielding_body
 from astroinertia.errors import SceneError
 from astroinertia.matter.rheology import absorption_band, andrade, burgers, dissipation, kelvin_voigt, maxwell
@@ -293,6 +293,19 @@ def test_compression_yields_more_and_thin_layers_change_nothing():
     assert stiff == pytest.approx(homogeneous(2, 6e10)[0], rel=1e-7) and soft > 1.003 * stiff
     cut = constant_layers(np.array([0.01, 0.3, 0.3, 0.9, 1.0]) * RADIUS, [DENSITY] * 5, G)
     assert love_numbers(yielding_body(cut, [6e10] * 5, [1e11] * 5)).k == pytest.approx(soft, rel=1e-11)
+
+
+@pytest.mark.parametrize("degree", [2, 10, 60, 150])
+@pytest.mark.parametrize("rigidity", [1.5e11, 1e8, 1e6])
+def test_a_cut_through_a_layer_of_varying_density_changes_nothing(rigidity, degree):
+    """The core and the shell of a cut have other polynomials than the whole, whose edge is where tides are felt."""
+    density = [8000.0, 0.0, -5000.0]
+    whole, cut = (
+        love_numbers(yielding_body(polynomial_layers(radii, [density] * n, G), [rigidity] * n), degree)
+        for n, radii in enumerate(([6.371e6], [5e6, 6.371e6]), 1)
+    )
+    for found, known in zip(whole, cut, strict=True):
+        assert found == pytest.approx(known, rel=1e-10, abs=0)
 
 
 def test_what_is_no_planet_is_refused():
