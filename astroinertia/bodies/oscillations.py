@@ -214,16 +214,35 @@ def _winding(spectrum: Spectrum, mode: int, gamma: float) -> int:
     return int(-np.sum(change * np.sign(pressure[1:] + pressure[:-1])))
 
 
-def _fundamental(gamma: float, degree: int, coarse: Elements, fine: Elements) -> int | None:
-    """The place of the f mode in the fine spectrum.
+def _fundamental(gamma: float, degree: int, coarse: Elements, fine: Elements, buoyant: int) -> int | None:
+    """The place of the f mode in the fine spectrum; None while it, or one of so many g modes below, has yet to appear.
 
-    It has no nodes in Cowling's approximation. While the perturbation of gravity is turned on no two levels cross: it
-    keeps its place among all.
+    In Cowling's approximation the winding rises by one from each mode to the next, and that of the f mode is 0. It is
+    counted at the slowest mode that is nowhere buoyant, and by rank from there: further down modes of high degree have
+    nodes where they are too faint to be seen. Modes that are missing show by the number of wavelengths, which is within
+    one of the winding (Unno et al. 1989, (16.1)). While the perturbation of gravity is turned on no two levels cross:
+    the f mode keeps its place among all.
     """
     spectra = [nonradial_spectrum(elements, gamma, degree, gravity=False) for elements in (coarse, fine)]
     common, _ = _shared(spectra[0].values, spectra[1].values, _RESEMBLANCE)
-    fundamental = [mode for mode in common if spectra[1].values[mode] > 0 and _winding(spectra[1], mode, gamma) == 0]
-    return int(fundamental[0]) if len(fundamental) == 1 else None
+    values, n = spectra[1].values[common], fine.index
+    sound_squared = gamma * fine.enthalpy / (n + 1)
+    lamb = degree * (degree + 1) * sound_squared / fine.x**2
+    buoyancy = (n - (n + 1) / gamma) * fine.gravity**2 / fine.enthalpy
+
+    def waves(value: float) -> tuple[float, float]:
+        """Half wavelengths, acoustic and buoyant ones."""
+        squared = np.maximum((lamb - value) * (buoyancy - value) / (sound_squared * value), 0.0)
+        half = fine.weights * np.sqrt(squared) / np.pi
+        return float(half[lamb < value].sum()), float(half[lamb > value].sum())
+
+    fast = int(np.searchsorted(values, max(0.0, np.minimum(lamb, buoyancy).max())))
+    fast = min(fast, len(common) - 1)
+    place = fast - _winding(spectra[1], common[fast], gamma)
+    if not (buoyant <= place <= fast and values[place - buoyant] > 0):
+        return None
+    (acoustic, slow), (_, slowest) = waves(values[place]), waves(values[place - buoyant])
+    return int(common[place]) if acoustic - slow > -0.5 and slowest - slow < buoyant + 1 else None
 
 
 def _mode(label: str, degree: int, spectrum: Spectrum, place: int, difference: float) -> Mode:
@@ -316,7 +335,7 @@ def nonradial_modes(
     for polynomials in RESOLUTIONS:
         fine = nonradial_spectrum(polytrope_elements(n, polynomials), gamma, degree)
         if coarse is not None:
-            place = _fundamental(gamma, degree, coarse.elements, fine.elements)
+            place = _fundamental(gamma, degree, coarse.elements, fine.elements, buoyant if stratification > 0 else 0)
             common, difference = _shared(coarse.values, fine.values, _RESEMBLANCE)
             if place is not None and (degree == 1 or place in common):
                 above = common[common > place][:pressure_modes]

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.bodies.oscillations import nonradial_modes, radial_modes
+from astroinertia.bodies.oscillations import nonradial_modes, nonradial_spectrum, radial_modes
 from astroinertia.bodies.polytrope import lane_emden
+from astroinertia.bodies.polytrope_elements import polytrope_elements
 
 REFERENCE = Path(__file__).parents[2] / "reference"
 RADIAL = json.loads((REFERENCE / "modes.json").read_text())
@@ -158,6 +159,29 @@ def test_derivative_by_gamma(degree):
 def test_neutral_stratification_has_no_g_modes(index):
     labels = [mode.label for mode in nonradial_modes(index, 1 + 1 / index, 2, pressure_modes=2)]
     assert labels == ["f", "p1", "p2"]
+
+
+def test_the_f_mode_of_a_high_degree_is_a_wave_on_the_surface_among_those_of_the_core():
+    """Waves of deep water have omega^2 = l g/R; g modes of n = 3.5 come to 34, too faint to be seen at the surface."""
+    slower, surface, faster = nonradial_modes(3.5, 5 / 3, 40, pressure_modes=1, gravity_modes=1)
+    assert surface.label == "f" and 40 < surface.squared_frequency < 48
+    deep = surface.radius < 0.5
+    assert abs(surface.radial[deep]).max() < 1e-6 * surface.radial[-1]
+    assert abs(slower.radial[-1]) < 1e-3 * abs(slower.radial[deep]).max()
+    assert faster.squared_frequency > 1.5 * surface.squared_frequency
+
+
+@pytest.mark.slow
+def test_no_mode_of_a_high_degree_is_passed_over():
+    """Of n = 4 those of the core and of the surface alternate."""
+    modes = nonradial_modes(4.0, 5 / 3, 60, pressure_modes=1, gravity_modes=1)
+    coarse, fine = (nonradial_spectrum(polytrope_elements(4.0, count), 5 / 3, 60).values for count in (56, 80))
+    known = [value for value in fine if abs(coarse / value - 1).min() < 1e-6]
+    first, last = modes[0].squared_frequency, modes[-1].squared_frequency
+    between = [value for value in known if 0.9999 * first < value < 1.0001 * last]
+    assert between == pytest.approx([mode.squared_frequency for mode in modes], rel=1e-9)
+    faster = [value for value in known if value > 1.0001 * last]
+    assert faster[0] == pytest.approx(178.83, rel=1e-3)  # of two nodes above the core, and of none in it
 
 
 def test_bad_arguments_are_refused():
