@@ -576,7 +576,7 @@ class InertiaAccessor:
         """An angular momentum that is no more than the round-off of its sum at the start."""
         kinetic = self._values("kinetic_tensor")[0].trace() if "kinetic_tensor" in self.dataset else 0.0
         spread = self._values("inertia_tensor")[0].trace() / 2.0 * kinetic
-        return SPINLESS * 2.0 * float(np.sqrt(spread)) if np.isfinite(spread) else 0.0
+        return SPINLESS * float(np.sqrt(spread)) if np.isfinite(spread) else 0.0
 
     def _series(self, values: np.ndarray, long_name: str, unit: str, comment: str) -> xr.DataArray:
         attrs = {"units": unit, "long_name": long_name} | ({"comment": comment} if comment else {})

@@ -15,7 +15,7 @@ Series = Mapping[str, np.ndarray]
 
 BAR = ("bar_strength", "bar_phase", "bar_pattern_speed")
 
-# Below this share of the largest possible angular momentum, 2 (tr Q tr K)^(1/2), a body counts as not spinning.
+# Below this share of the largest possible angular momentum, (tr Q tr K)^(1/2), a body counts as not spinning.
 SPINLESS = 1e-9
 # Semi-axes of a particle body are uncertain by more than this; a model with exact moments may set less.
 PARTICLE_GAP_TOLERANCE = 1e-3
@@ -83,7 +83,7 @@ def spin_axis(series: Series, otherwise: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(angular_momentum, axis=-1)
     if _has(series, "second_moment", "kinetic_tensor"):
         spread = np.einsum("tii->t", series["second_moment"]) * np.einsum("tii->t", series["kinetic_tensor"])
-        spins = size > SPINLESS * 2.0 * np.sqrt(np.maximum(spread, 0.0))
+        spins = size > SPINLESS * np.sqrt(np.maximum(spread, 0.0))
     else:
         spins = size > 0.0
     return np.where(spins[:, None], angular_momentum / np.where(spins, size, 1.0)[:, None], otherwise)

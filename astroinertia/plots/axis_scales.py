@@ -42,15 +42,16 @@ def wave_scale(dataset: xr.Dataset) -> float:
 def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     """The largest angular momentum of the run, and whether the body spins.
 
-    For one that does not, it is the largest that its motion could carry, 2 (tr Q tr K)^(1/2). One spins that has more
-    than round-off gives it, beside what only errors have given: those of single-precision pairs, and of multipoles.
+    For one that does not, it is the largest that its motion could carry, (tr Q tr K)^(1/2) (Cauchy and Schwarz). One
+    spins that has more than round-off gives it, beside what only errors have given: those of single-precision pairs,
+    and of multipoles.
     """
     momenta = dataset["angular_momentum"].transpose("time", "i").values
     second, kinetic = (
         np.einsum("tii->t", dataset[name].transpose("time", "i", "j").values)
         for name in ("second_moment", "kinetic_tensor")
     )
-    most = _largest(np.sqrt(second * kinetic)) * 2.0
+    most = _largest(np.sqrt(second * kinetic))
     own = _largest(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
     return (_largest(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
 

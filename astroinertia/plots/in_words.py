@@ -259,7 +259,7 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         (
             "change of the angular momentum",
             drift / (size or np.nan),
-            "of the largest angular momentum" if turning else "of 2 √(tr Q tr K), there is no spin",
+            "of the largest angular momentum" if turning else "of √(tr Q tr K), there is no spin",
         ),
         (
             "change of the momentum",

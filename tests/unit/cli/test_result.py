@@ -26,7 +26,9 @@ for size in (1000, 30_000, 100_000):  # of 170 kB
 
 
 def test_a_full_disk_is_reported_in_a_sentence_and_what_was_there_is_kept(tmp_path):
-    done = subprocess.run([sys.executable, "-c", DISK_FULL, str(tmp_path)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", DISK_FULL, str(tmp_path)], capture_output=True, text=True, check=False
+    )
     lines = done.stdout.splitlines()
     assert len(lines) == 6 and all("cannot be written" in line and "disk full" in line for line in lines)
     assert not list(tmp_path.iterdir())

@@ -407,7 +407,7 @@ def test_a_disk_that_is_full_when_the_file_is_written_is_reported_and_the_rest_k
     (tmp_path / "run" / "affine_star.nc").unlink()
     before = sorted(path.name for path in (tmp_path / "run").iterdir())
     done = subprocess.run(
-        [sys.executable, "-c", DISK_FULL, str(tmp_path / "run")],
+        [sys.executable, "-B", "-c", DISK_FULL, str(tmp_path / "run")],
         capture_output=True, text=True, check=True, cwd=Path(__file__).parents[3],
     )  # fmt: skip
     lines = done.stdout.splitlines()
