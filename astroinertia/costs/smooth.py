@@ -8,7 +8,7 @@ import numpy as np
 
 from astroinertia.costs.fields import fields
 from astroinertia.effects.characteristic import Neighbour
-from astroinertia.effects.one_zone import lasting
+from astroinertia.effects.one_zone import lasting, spread
 from astroinertia.inertia.prescribed import change
 from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.scene.characteristic import characteristic
@@ -22,7 +22,6 @@ REACH = {"ellipsoid": 4.9, "adaptive": 9.5}
 # Radians of it, below which one step goes from a record to the next: the first of a run is no longer, and each later
 # call begins with the mean of the one before: half of the way, and again half.
 FIRST = {"ellipsoid": 1e-3, "adaptive": 0.05}
-MOMENTS = 400  # of a run, at which its pace is looked at
 NEAR = 1e-3  # of the radius: where a field is as an affine body has it, linear about the centre
 IN_BALANCE = 0.02  # departure from equilibrium, up to which a body rests
 STAGES = {2: 1, 4: 5, 6: 9, 8: 17}  # of a splitting, by its order; the machine's steps are of order 8
@@ -49,7 +48,7 @@ def compiled(scene: Scene) -> tuple[str, ...]:
 def steps(scene: Scene, written: int) -> float:
     """Steps of an ellipsoid or a rigid body that is recorded so many times."""
     numerics, parts = scene.numerics, max(1, written - 1)
-    angle = scene.time.end / parts * paces(scene, moments_of(scene.time.end))  # from one record to the next
+    angle = scene.time.end / parts * paces(scene, spread(scene.time.end))  # from one record to the next
     if kind(scene) == "splitting":
         each = np.ceil(angle * numerics.steps_per_rotation / (2.0 * math.pi) - 1e-6)
     else:
@@ -68,12 +67,6 @@ def of_step(scene: Scene) -> float:
     if any(scene.entries[effect].made.follows_spin for effect in scene.effects):
         times += FOLLOWING_SPIN[integrator] - 1.0
     return times * (STAGES[scene.numerics.order] / STAGES[8] if integrator == "splitting" else 1.0)
-
-
-def moments_of(end: float) -> np.ndarray:
-    """Times (MOMENTS,) all over a run, which keep no time with orbits: by the golden ratio within equal parts."""
-    number = np.arange(MOMENTS)
-    return end / MOMENTS * (number + number * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
 
 
 def paces(scene: Scene, times: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ SMALLEST, LARGEST = 1e-3, 1e3  # of the size at first: what is smaller has falle
 LONGEST = 15.0  # 1/frequency: what is slower than that is followed by what it does until then
 PULSATING = 60.0  # 1/frequency: what pulsates for longer goes on alike
 FASTER = 100.0  # times as fast may the motion with other forces be, before what is followed is shortened for it
-_MOMENTS = 400  # at which motions are compared
+MOMENTS = 400  # of a run or of a motion, at which it is looked at
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def motion(zone: Zone, end: float) -> Motion:
         (0.0, rate * end),
         [1.0, zone.expansion / rate],
         "DOP853",
-        np.linspace(0.0, rate * end, _MOMENTS),
+        np.linspace(0.0, rate * end, MOMENTS),
         rtol=1e-10,
         atol=1e-13,
         events=(small, large),
@@ -105,18 +105,28 @@ def motion(zone: Zone, end: float) -> Motion:
     return Motion(solution.t / rate, solution.y[0], rate * solution.y[1])
 
 
-def lasting(zone: Zone, end: float) -> Motion:
-    """The same for a run of any length: what pulsates for longer than PULSATING goes on as it did until then.
+def spread(end: float) -> np.ndarray:
+    """Times (MOMENTS,) from 0 to almost `end` that keep no time with orbits or pulsations of any period.
 
-    Times keep no time with pulsations: by the golden ratio within equal parts of the run.
+    In equal parts, at the fractions n^2 g of them, g of the golden ratio: squares are spread evenly, too (Weyl 1916,
+    Math. Ann. 77, 313), while n g itself keeps time with 1964 turns, and others, whose phases it finds all alike.
+    Units are those of `end`.
+
+    >>> times = spread(400.0)  # a part is 1
+    >>> print(times[:4].round(3), abs(np.cos(2.0 * math.pi * 4.91 * times).mean()) < 0.1)
+    [0.    1.618 2.472 3.562] True
     """
+    number = np.arange(MOMENTS)
+    return end / MOMENTS * (number + number**2 * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
+
+
+def lasting(zone: Zone, end: float) -> Motion:
+    """The same for a run of any length: what pulsates for longer than PULSATING goes on as it did until then."""
     until = PULSATING / zone.frequency if zone.frequency > 0.0 else end
     path = motion(zone, min(end, until))
     if end <= until or zone.escapes or path.time[-1] < until * (1.0 - 1e-9):
         return path
-    number = np.arange(_MOMENTS)
-    times = end / _MOMENTS * (number + number * (0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
-    times[-1] = end
+    times = np.append(spread(end)[:-1], end)
     at = times % until
     return Motion(times, np.interp(at, path.time, path.size), np.interp(at, path.time, path.speed))
 
