@@ -22,7 +22,10 @@ EVERY = 10  # steps, after which the shells are noted
 COURANT = 0.3
 PULLED = 0.05  # of the time in which an edge would be pulled to the centre
 SQUEEZED = 1.01  # by which the exponent of the pressure is found
-FARTHEST = 1e30  # of the first size: powers of it are still numbers
+FARTHEST = 1e30  # of the first size, and its inverse: powers of it are still numbers
+# Of the weight of shells, what rotation carries at most: 2 T/|W| of the Maclaurin spheroid that becomes a bar in its
+# dynamical time (Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 33).
+BARRED = 2.0 * 0.2738
 LEAST = 1e-300  # of what something is divided by
 QUADRATIC, LINEAR = 1.0, 0.3  # viscosity, in squares of what a shell is crossed by, and in sound
 
@@ -107,14 +110,14 @@ def followed(shells: Shells, end: float) -> list[Moment]:
     volumes = _volumes(edges)
     first = mass / volumes
     opens, within = shells.sink or (math.inf, 0.0)
+    turning = shells.turning
     moments: list[Moment] = []
     for step in range(MOST_STEPS):
         if (gone := int((edges < within).sum())) and (len(mass) < len(weighs) or (mass / volumes).max() > opens):
             if gone == len(mass):
                 break
-            edges, speed, heat, first, mass = (a[gone:] for a in (edges, speed, heat, first, mass))
-            pressure, turning = shells.pressure[gone:], shells.turning[gone:]
-            shells, carried = replace(shells, pressure=pressure, turning=turning), _carried(mass)
+            edges, speed, heat, first, mass, turning = (a[gone:] for a in (edges, speed, heat, first, mass, turning))
+            shells, carried = replace(shells, pressure=shells.pressure[gone:]), _carried(mass)
             volumes = _volumes(edges)
         density = mass / volumes
         cold, stiffness = _cold(shells, first, density)
@@ -126,7 +129,7 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         viscous = density * squeezed * (QUADRATIC * squeezed + LINEAR * sound)
         total = pressure + viscous
         push = 4.0 * math.pi * edges**2 * (total - np.append(total[1:], 0.0)) / carried
-        acceleration = push - weighs[-len(mass) :] / edges**2 + shells.turning / edges**3
+        acceleration = push - weighs[-len(mass) :] / edges**2 + turning / edges**3
         if shells.field is not None:
             acceleration = acceleration - shells.field(edges)
         if step % EVERY == 0 or time >= end:
@@ -137,15 +140,37 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         pulled = np.sqrt(edges / np.maximum(np.abs(acceleration), LEAST))
         dt = min(end - time, COURANT * float(crossed.min()), PULLED * float(pulled.min()))
         speed = speed + dt * acceleration
+        turning = _less_by_bars(turning, carried, edges, weighs[-len(mass) :], dt)
         before = 1.0 / density
         edges = edges + dt * speed
         volumes = _volumes(edges)
-        if not (_differences(edges) > 0.0).all() or edges[-1] > FARTHEST * shells.radius[-1]:
+        least, most = shells.radius[0] / FARTHEST, shells.radius[-1] * FARTHEST
+        if not (_differences(edges) > 0.0).all() or edges[0] < least or edges[-1] > most:
             break
         if shells.thermal is not None:
             heat = np.maximum(heat - (thermal + viscous) * (volumes / mass - before), 0.0)
         time += dt
     return moments
+
+
+def _less_by_bars(
+    turning: np.ndarray, carried: np.ndarray, edges: np.ndarray, weighs: np.ndarray, dt: float
+) -> np.ndarray:
+    """The squares (K,) of the specific angular momentum after a time, in which bars have carried it outwards.
+
+    Shells that turn faster than BARRED become bars at the rate (Omega^2 - Omega_c^2)^(1/2), but no faster than gravity
+    acts, and their torques hand angular momentum on to the next shell as fast; the outermost keeps what it gets.
+    """
+    excess = 1.5 * (turning / edges - BARRED * weighs)  # about the axis Omega^2 is 3/2 of the mean of j^2/r^4
+    excess = np.minimum(excess, weighs)
+    if not (excess > 0.0).any():
+        return turning
+    momentum = np.sqrt(turning)
+    lost = -np.expm1(-dt * np.sqrt(np.maximum(excess, 0.0) / edges**3)) * momentum
+    lost[-1] = 0.0
+    momentum = momentum - lost
+    momentum[1:] += (carried * lost)[:-1] / carried[1:]
+    return momentum**2
 
 
 def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | None, alpha: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.costs import course, machine, piloted, plan_lines
+from astroinertia.costs import course, machine, piloted, plan_lines, shells
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
@@ -93,6 +93,34 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
     cold = load.loads(CLOUD, ["equation_of_state.sound_speed=0.05"])
     assert predict(cold, machine.shipped()) is None
     assert plan_lines.lines(cold, None)[0].value == "not known"
+
+
+TURNING_GAS = CLOUD.replace("end = 2}", "end = 2.5}\noutput = {align = false}").replace(
+    "particles = 300", "particles = 500, rotation = {t_over_w = 0.1}"
+)
+
+
+@pytest.mark.parametrize(
+    ("gas", "settings", "taken"),
+    [
+        ("polytropic", ["body.pressure_fraction=0.01"], 1313),
+        ("ideal", ["body.specific_internal_energy=0.01"], 525),
+    ],
+)
+def test_a_cloud_that_falls_to_a_bar_stays_dense(gas, settings, taken):
+    """The steps that runs took: a third of the first, of shells that swing back as they have their angular momentum."""
+    scene = load.loads(
+        TURNING_GAS.replace("isothermal", gas), ["equation_of_state.gamma=1.6666666666666667", *settings]
+    )
+    assert taken / 1.5 < course.counted(scene).steps < 1.5 * taken
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.2])
+def test_rotation_stops_no_gas_of_one_temperature(ratio, monkeypatch):
+    """A run came to 1e9 times the first density, and went on; its bar carries the angular momentum away."""
+    monkeypatch.setattr(shells, "MOST_STEPS", 2000)  # shells that swing back are there in 980
+    settings = ["equation_of_state.sound_speed=0.3", f"body.rotation.t_over_w={ratio}"]
+    assert course.counted(load.loads(TURNING_GAS, settings)) is None
 
 
 def test_what_pulsates_for_long_is_followed_for_a_while():
