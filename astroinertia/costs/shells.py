@@ -140,7 +140,7 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         pulled = np.sqrt(edges / np.maximum(np.abs(acceleration), LEAST))
         dt = min(end - time, COURANT * float(crossed.min()), PULLED * float(pulled.min()))
         speed = speed + dt * acceleration
-        turning = _less_by_bars(turning, carried, edges, weighs[-len(mass) :], dt)
+        turning, brought = _with_bars(turning, carried, edges, weighs[-len(mass) :], dt)
         before = 1.0 / density
         edges = edges + dt * speed
         volumes = _volumes(edges)
@@ -148,15 +148,16 @@ def followed(shells: Shells, end: float) -> list[Moment]:
         if not (_differences(edges) > 0.0).all() or edges[0] < least or edges[-1] > most:
             break
         if shells.thermal is not None:
-            heat = np.maximum(heat - (thermal + viscous) * (volumes / mass - before), 0.0)
+            heat = np.maximum(heat + brought - (thermal + viscous) * (volumes / mass - before), 0.0)
         time += dt
     return moments
 
 
-def _less_by_bars(
+def _with_bars(
     turning: np.ndarray, carried: np.ndarray, edges: np.ndarray, weighs: np.ndarray, dt: float
-) -> np.ndarray:
-    """The squares (K,) of the specific angular momentum after a time, in which bars have carried it outwards.
+) -> tuple[np.ndarray, np.ndarray | float]:
+    """The squares (K,) of the specific angular momentum after a time, in which bars have carried it outwards, and the
+    specific energy (K,) of rotation that is heat then.
 
     Shells that turn faster than BARRED become bars at the rate (Omega^2 - Omega_c^2)^(1/2), but no faster than gravity
     acts, and their torques hand angular momentum on to the next shell as fast; the outermost keeps what it gets.
@@ -164,13 +165,14 @@ def _less_by_bars(
     excess = 1.5 * (turning / edges - BARRED * weighs)  # about the axis Omega^2 is 3/2 of the mean of j^2/r^4
     excess = np.minimum(excess, weighs)
     if not (excess > 0.0).any():
-        return turning
+        return turning, 0.0
     momentum = np.sqrt(turning)
     lost = -np.expm1(-dt * np.sqrt(np.maximum(excess, 0.0) / edges**3)) * momentum
     lost[-1] = 0.0
     momentum = momentum - lost
     momentum[1:] += (carried * lost)[:-1] / carried[1:]
-    return momentum**2
+    spin = momentum / edges**2
+    return momentum**2, lost * np.maximum(spin - np.append(spin[1:], 0.0), 0.0)
 
 
 def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | None, alpha: np.ndarray) -> np.ndarray:
