@@ -111,9 +111,12 @@ def _limits(scene: Scene, end: float) -> tuple[Limits | None, np.ndarray | float
     start = at_start(scene)
     if start is None:
         return None, 1.0
-    if (course := similar(scene, start, end)) is not None:
+    course = similar(scene, start, end)
+    settled = body.relax and body.settles  # what it settles to is not these shells, but has as much room
+    keeps = course is not None and (settled or body.homologous or start.field is not None or start.evenly_driven)
+    moments = [] if keeps else shells.followed(start, end)
+    if course is not None and (keeps or not moments or moments[-1].time < end):
         return limits(scene, course.matter(scene, start)), 1.0
-    moments = shells.followed(start, end)
     if not moments:
         return None, 1.0
     # Of few particles every one is looked at as a neighbour anyhow.

@@ -130,6 +130,14 @@ def test_rotation_stops_no_gas_of_one_temperature(ratio, monkeypatch):
     assert course.counted(load.loads(TURNING_GAS, settings)) is None
 
 
+def test_a_gas_of_one_temperature_falls_within_and_swells_outside():
+    """A run took 77 steps and was 10 times as dense at its centre; one zone, which swells, would take 20."""
+    settings = ["equation_of_state.sound_speed=0.4", "body.rotation.t_over_w=0.25"]
+    scene = load.loads(TURNING_GAS, settings)
+    assert not course.at_start(scene).evenly_driven
+    assert 77 / 1.7 < course.counted(scene).steps < 1.7 * 77
+
+
 def test_what_pulsates_for_long_is_followed_for_a_while():
     """A million dynamical times take as long to plan as a hundred, which take 0.3 s, and as many steps a time."""
     text = CLOUD.replace("isothermal", "polytropic").replace("end = 2", "end = 100")
