@@ -104,6 +104,14 @@ def _of_rigid(scene: Scene, times: np.ndarray) -> np.ndarray:
     if body.change is not None:
         size = change(np.asarray(body.change.times), np.asarray(body.change.factors)).factor(times)
     spin, torque = np.full_like(times, fastest_spin(scene)), np.zeros_like(times)
+    friction = scene.effects.get("internal_dissipation")
+    if friction is not None and found.moments is not None and spin[0] > 0.0:
+        least = float(np.linalg.norm(_momentum(scene, max(found.moments)))) / max(found.moments)  # of all with its L
+        scale = friction["time_scale"]
+        if friction["rate"] is not None and least > 0.0:
+            scale *= (friction["rate"] / least) ** 3
+        # The square of the wobble, which its energy goes with, falls twice as fast as the wobble.
+        spin = least + (spin - least) * np.exp(-2.0 * times / scale)
     options = scene.effects.get("constant_torque")
     if options is not None and found.moments is not None:
         gained = np.asarray(options["vector"], float)
