@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.costs.signals import fastest
+from astroinertia.costs.signals import LEAST as STILL, fastest
 from astroinertia.effects.kinds.viscosity import agreement
 from astroinertia.effects.one_zone import Zone
 
@@ -78,7 +78,8 @@ class Shells:
             weight += float(carried @ (self.field(edges) * edges))
         turning = float(carried @ (self.turning / edges**2))
         triple, gamma = self._triple_pressure(1.0), self.gamma
-        if self.further is not None or self.density.max() > min((dense for dense, _ in self.pieces), default=math.inf):
+        beyond = self.density.max() > min((dense for dense, _ in self.pieces), default=math.inf)
+        if triple > 0.0 and (self.further is not None or beyond):
             gamma = math.log(self._triple_pressure(SQUEEZED) / triple) / math.log(SQUEEZED) + 1.0
         return Zone(weight / second, triple / second, turning / second, gamma, self.expansion)
 
@@ -219,7 +220,7 @@ def steepening(moment: Moment, reach: np.ndarray) -> np.ndarray:
     edge, speed = moment.radius, moment.speed
     of_push = 4.0 * math.pi * _differences(edge**2 * moment.acceleration) / _volumes(edge)
     along, across = _differences(speed) / _differences(edge), speed / edge
-    return reach**2 * np.maximum(along**2 + 2.0 * across**2 - of_push, 0.0) / moment.sound**2
+    return np.maximum(along**2 + 2.0 * across**2 - of_push, 0.0) * (reach / np.maximum(moment.sound, STILL)) ** 2
 
 
 def in_balance(mass: np.ndarray, radius: np.ndarray) -> np.ndarray:

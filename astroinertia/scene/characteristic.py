@@ -22,6 +22,7 @@ from astroinertia.scene.schema import Scene
 from astroinertia.units import SPEED_OF_LIGHT
 
 _NODES = 64  # shells of a profile
+_MOST = 700.0  # natural logarithm of about the largest number
 
 
 def characteristic(scene: Scene) -> Characteristic:
@@ -196,7 +197,7 @@ def _heat(
         constant = fluid.constant
     if constant is not None:
         exponent = fluid.thermal_gamma if fluid is not None and constant == body.entropy else gamma
-        triple = 3.0 * mass * constant * float(weights @ density ** ((exponent or gamma) - 1.0))
+        triple = 3.0 * mass * constant * _mean_power(density, weights, (exponent or gamma) - 1.0)
     elif fluid is not None and fluid.kind == "isothermal":
         triple = 3.0 * mass * fluid.sound_speed**2
     elif shells is not None:
@@ -217,6 +218,13 @@ def _heat(
     # Of a gas at one temperature, what it would have as a monatomic one.
     gamma = MONATOMIC if fluid is not None and fluid.kind == "isothermal" else gamma
     return {"triple_pressure": triple, "thermal_energy": triple / (3.0 * max(gamma - 1.0, 1e-3))}
+
+
+def _mean_power(density: np.ndarray, weights: np.ndarray, exponent: float) -> float:
+    """The weighted mean of a power of densities; infinite where that is more than numbers hold."""
+    some = density > 0.0
+    logs = exponent * np.log(density[some])
+    return float(weights[some] @ np.exp(logs)) if logs.max() < _MOST else math.inf
 
 
 def _entropy_of_shells(scene: Scene, shells: Any, gamma: float) -> np.ndarray:

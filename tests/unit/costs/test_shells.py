@@ -66,6 +66,14 @@ def test_one_zone_has_the_exponent_of_all_that_presses():
     np.testing.assert_allclose(dense.sound**2, 3.0 * 2.0 ** (3.0 - 5 / 3) / even.density)
 
 
+def test_a_body_without_pressure_has_a_zone_and_a_still_one_a_steepening():
+    """Where matter is denser than it stiffens at, and at a speed of sound whose square is no number."""
+    empty = replace(AT_REST, pressure=np.zeros(40), pieces=((0.1, 2.0),))
+    assert empty.zone.pressure == 0.0 and empty.zone.weight > 0.0
+    still = Moment(0.0, np.ones(40), np.full(40, 1e-170), RADIUS, -RADIUS, np.zeros(40))
+    assert np.isfinite(steepening(still, 0.1 * RADIUS)).all()
+
+
 def test_angular_momentum_holds_up_what_turns():
     turning = Shells(MASS, RADIUS, 1e-6 * AT_REST.pressure, 5 / 3, (), 5 / 3, RADIUS**4)
     np.testing.assert_allclose(followed(turning, 1.0)[-1].density, 3 / (4 * math.pi), rtol=1e-3)

@@ -133,6 +133,21 @@ def test_forces_beyond_all_numbers_have_no_size_and_are_not_followed():
     assert body.zone is None and found.change is None
 
 
+def test_pressures_beyond_all_numbers_are_infinite():
+    """Of an entropy that is stated, and an exponent of a density of 1e40: without a warning, as of any power."""
+    star = """
+name = "star"
+units = "code"
+body = {kind = "uniform", particles = 100, mass = 1, radius = 1e-13}
+effects = {gravity = {}, pressure = {}}
+time = {end = 1}
+equation_of_state = {kind = "polytropic", gamma = 10, constant = 1}
+"""
+    assert characteristic(loads(star)).triple_pressure == np.inf
+    soft = characteristic(loads(star.replace("1e-13", "1")))
+    assert soft.triple_pressure == pytest.approx(3.0 * (3.0 / (4.0 * np.pi)) ** 9)
+
+
 def test_viscosity_decays_a_flow_in_the_viscous_time():
     # the quadrupole mode of a liquid sphere decays at 5 nu/R^2 (Lamb)
     body = characteristic(load_file(SCENES / "thick_liquid_for_long.toml"))
