@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from astroinertia.costs import course, experience, piloted, processes, smooth
 from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
@@ -92,7 +94,7 @@ def predict(scene: Scene, machine: Machine, by: int = 1) -> Prediction | None:
     engine nor an effect. A pilot that was run before (costs.pilot) says the steps of particles; without one they are
     estimated.
     """
-    with suppress(ArithmeticError, ValueError):
+    with suppress(ArithmeticError, ValueError), np.errstate(over="raise", divide="raise", invalid="raise"):
         return _predicted(scene, machine, by)
     return None
 

@@ -95,6 +95,13 @@ def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
     assert plan_lines.lines(cold, None)[0].value == "not known"
 
 
+def test_nothing_is_known_of_pressures_beyond_all_numbers():
+    """Of a gas of density 2.4e35 and pressure 1e353: without a warning."""
+    text = CLOUD.replace("isothermal", "polytropic").replace("radius = 1,", "radius = 1e-12,")
+    stiff = load.loads(text, ["equation_of_state.gamma=10.0", "equation_of_state.constant=1.0"])
+    assert predict(stiff, machine.shipped()) is None
+
+
 TURNING_GAS = CLOUD.replace("end = 2}", "end = 2.5}\noutput = {align = false}").replace(
     "particles = 300", "particles = 500, rotation = {t_over_w = 0.1}"
 )
