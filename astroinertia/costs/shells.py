@@ -86,7 +86,7 @@ class Shells:
     @property
     def evenly_driven(self) -> bool:
         """Whether the inner half of the mass is pushed as the whole is: a gas of even pressure swells at its surface
-        alone, and falls within.
+        alone, and falls within. Where pressure exceeds the weight, the inside swells before it has fallen.
         """
         zone, carried, edges = self.zone, _carried(self.mass), self.radius
         push = _pushes(self.pressure, edges, carried) - self.weight * np.cumsum(self.mass) / edges**2
@@ -94,7 +94,7 @@ class Shells:
         inner = np.cumsum(self.mass) < 0.5 * self.mass.sum()
         second = float(carried[inner] @ edges[inner] ** 2)
         apart = abs(float((carried * push)[inner] @ edges[inner]) / second - zone.force(1.0))
-        return apart <= UNEVEN * zone.frequency**2
+        return zone.pressure >= zone.weight or apart <= UNEVEN * zone.frequency**2
 
     def _triple_pressure(self, denser: float) -> float:
         """3 Pi, three times the volume integral of the pressure, were all of them so many times denser."""
