@@ -175,7 +175,7 @@ class _Translation(ast.NodeTransformer):
             return getattr(self._value(node.value), node.attr, None)
         raise self._refusal(node, ast.unparse(node))
 
-    def _number(self, node: ast.AST, value: object) -> ast.AST:
+    def _number(self, node: ast.AST, value: object) -> ast.expr:
         if isinstance(value, bool) or not isinstance(value, Real):
             raise self._refusal(node, ast.unparse(node))
         if not math.isfinite(value):
