@@ -163,7 +163,8 @@ def advance(
     def kick_times(first: Array) -> Array:
         numbers = first + jnp.arange(_KNOWN_AT_ONCE)
         times = time + step * (numbers // count + ends[numbers % count])
-        return jnp.where(numbers < 0, time, jnp.minimum(times, until))
+        later = jnp.clip(times, jnp.minimum(time, until), jnp.maximum(time, until))  # also where time goes back
+        return jnp.where(numbers < 0, time, later)
 
     def stage(index: Array, carried: tuple[Rotor, Tree]) -> tuple[Rotor, Tree]:
         state, rows = carried

@@ -93,10 +93,11 @@ def pushed(torque, time, state, interval, known):
     return Kick(impulse, turning, jnp.sum(rate * gain)[None])
 
 
+@pytest.mark.parametrize("end", [2.0, -2.0])
 @pytest.mark.parametrize("order", [2, 8])
-def test_a_kick_is_given_what_is_known_of_its_time(order):
-    """Asked for eighteen kicks at once."""
-    steps, end, asked = 13, 2.0, []
+def test_a_kick_is_given_what_is_known_of_its_time(order, end):
+    """Asked for eighteen kicks at once, and none beyond the end; forwards and back."""
+    steps, asked = 13, []
 
     def known(_, times):
         jax.debug.callback(asked.append, times)
@@ -108,6 +109,7 @@ def test_a_kick_is_given_what_is_known_of_its_time(order):
     jax.effects_barrier()
     assert missed < 1e-12 and length == pytest.approx(end)
     assert len(asked) == math.ceil((1 + steps * len(splitting.COMPOSITIONS[order])) / 18)
+    assert np.abs(asked).max() == abs(end) and (np.multiply(asked, np.sign(end)) >= 0.0).all()
 
 
 def noted(_, time, state, interval, known):
