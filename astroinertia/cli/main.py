@@ -321,9 +321,11 @@ def _run(options: Options) -> int:
     choice.refuse_minutes(options, [scene])
     folder = options.output or Path("runs") / scene.name
     from astroinertia.accuracy.running import run_scene
+    from astroinertia.process.freed_memory import keep_freed_memory
     from astroinertia.run.loop import refuse_before
     from astroinertia.scene.plan_body import unstated_wobble
 
+    keep_freed_memory()
     with _voice("the body is checked"):
         refuse_before(scene, folder)
     before = time.monotonic()
