@@ -4,7 +4,7 @@
 
 Resident memory of a process of its own, over that of the same process with a few particles, after three steps and a
 record; Linux only, as it counts there what the kernel tells of a process. What the plan tells (costs/machine.py)
-is the larger of those found, rounded up.
+is the larger of those found, rounded up. As in `astroinertia run`, freed memory is kept.
 """
 
 import argparse
@@ -13,6 +13,8 @@ from pathlib import Path
 
 from evrard_cloud import cloud
 from fair_times import machine, publish, rows_of
+
+from astroinertia.process.freed_memory import keep_freed_memory
 
 FEW = 2000
 STATUS, CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
@@ -27,6 +29,7 @@ def resident(kind: str) -> int:
 def measured(case: tuple[int, str]) -> tuple[int, str, float, float, float]:
     """Number and precision, and bytes a particle: held between steps, at most in a step, at most in a record."""
     particles, precision = case
+    keep_freed_memory()
     small = cloud(FEW, precision)
     small.advance(small.end)
     small.record(None)

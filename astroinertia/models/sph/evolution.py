@@ -103,7 +103,8 @@ class Particles:
 
         It meets times at which effects begin or end, too. GivenUp where a base step was given up half-way.
         """
-        longest, before = self.longest, (self.state, self.arrangement)
+        longest = self.longest
+        unsorted = (self.state, self.arrangement) if self.base_step is not None else None  # memory, where it is no use
         to_give_up = self.to_give_up if self.resumable else never
         stop, problem = self.stretch(until)
         dt = self.begin(stop, longest)
@@ -114,7 +115,7 @@ class Particles:
                         problem, self.arrangement, self.state, stop, longest, to_give_up
                     )
                 except GivenUp:
-                    self.state, self.arrangement = before  # as it was not sorted yet, and is to be saved
+                    self.state, self.arrangement = unsorted  # what is saved is sorted when it is gone on with
                     raise
                 except NumericalError as error:
                     raise self._too_short(error.message) from None

@@ -2,7 +2,8 @@
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+import weakref
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -80,3 +81,32 @@ def test_an_effect_that_begins_and_ends_acts_from_one_time_to_the_other() -> Non
     gained = body.state.velocity.mean(axis=0)
     assert np.allclose(gained, [0.222, 0.0, 0.0], rtol=0.0, atol=1e-14)
     assert math.isclose(body.state.ledger.impulse.total[0, 0], 0.222, rel_tol=1e-13)
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Watch(Push):
+    """Notes whether an array is held by anybody while forces are evaluated."""
+
+    watched: Any = field(default=None, metadata={"static": True})
+    noted: Any = field(default=None, metadata={"static": True})
+
+    def acceleration(self, xp, fluid):
+        if self.watched:
+            self.noted.append(self.watched[0]() is not None)
+        return super().acceleration(xp, fluid)
+
+
+def test_unsorted_particles_take_no_memory_while_forces_are_evaluated() -> None:
+    """They and the sorted ones took half as much again as a step without a sort does."""
+    effect = Watch(-math.inf, math.inf, [], [])
+    position = ball(60)
+    problem, state, arrangement = state_of(effect, position=position, velocity=np.zeros_like(position))
+    problem = replace(problem, max_timestep=np.float64(0.01))
+    state = replace(state, rates=replace(state.rates, timestep=problem.max_timestep))
+    body = Particles(problem, state, arrangement, END)
+    effect.watched.append(weakref.ref(body.state.rates.fluid.position))
+    del state, arrangement
+    assert body.resumable
+    body.advance(END)
+    assert effect.noted == [False]
