@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from astroinertia.dataset.sizes import largest_size
 from astroinertia.inertia.principal import EQUAL_MOMENTS
 
 Series = Mapping[str, np.ndarray]
@@ -43,7 +44,7 @@ def attitude_quantities(series: Series, held: bool, deforms: bool) -> dict[str, 
     pull = series["torque"][:, :-1].sum(axis=1)
     sideways = np.where(size > 0.0, momentum[:, :2].T / np.where(size > 0.0, size, 1.0), np.nan)
     sine = np.hypot(*sideways)
-    way = _largest(np.hypot(*(sideways.T - sideways[:, np.argmax(size > 0.0)]).T))
+    way = largest_size(np.hypot(*(sideways.T - sideways[:, np.argmax(size > 0.0)]).T))
     tilted = (sine > _ALONG) & (np.min(sine, where=size > 0.0, initial=1.0) > _BESIDE * way)
     around = momentum[:, 0] * pull[:, 1] - momentum[:, 1] * pull[:, 0]
     moments, along = _in_body(series)
@@ -186,10 +187,6 @@ def _settling_time(series: Series) -> float | None:
     if small.sum() < _FEW or not (np.diff(above[small]) < 0.0).all():
         return None
     return float(-2.0 / np.polyfit(series["time"][small], np.log(above[small]), 1)[0])
-
-
-def _largest(values: np.ndarray) -> float:
-    return float(np.max(values, where=np.isfinite(values), initial=0.0))
 
 
 def _over(numerator: np.ndarray, denominator: np.ndarray, where: np.ndarray) -> np.ndarray:

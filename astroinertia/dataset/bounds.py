@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.dataset.sizes import largest_size
+
 CLOSURE = 1e-6  # of the largest inertia tensor
 MISMATCH = 1e-3  # of the sum of m |x| |a|
 NOTHING = 1e-6  # of the largest virial tensor of an output: an effect that does less is not judged
@@ -24,7 +26,7 @@ ENERGIES = ("kinetic_energy", "internal_energy", "gravitational_energy", "potent
 def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) -> list[str]:
     """Sentences about records in any units: what passes its bound, and by how much; none where all is well."""
     warnings = []
-    closure = _largest(series.get("ledger_closure"))
+    closure = largest_size(series.get("ledger_closure"))
     if closure > CLOSURE:
         warnings.append(
             f"the ledger does not close: the inertia tensor that it evolves is off by {closure:.2g} of the largest one "
@@ -34,13 +36,13 @@ def ledger_warnings(series: Mapping[str, np.ndarray], effects: Sequence[str]) ->
     if mismatches.shape[-1] == len(effects):
         mismatches = np.where(_does_nothing(series.get("virial_tensor"), mismatches.shape), np.nan, mismatches)
         for effect, column in zip(effects, mismatches.T, strict=True):
-            if (mismatch := _largest(column)) > MISMATCH:
+            if (mismatch := largest_size(column)) > MISMATCH:
                 warnings.append(
                     f"the virial tensor of {effect} is off by {mismatch:.2g} from the sum over its forces (at most "
                     f"{MISMATCH:g} is round-off): do not trust what this effect is said to do."
                 )
-    scale = max((_largest(series.get(name)) for name in ENERGIES), default=0.0)
-    error = _largest(series.get("integration_energy_error"))
+    scale = max((largest_size(series.get(name)) for name in ENERGIES), default=0.0)
+    error = largest_size(series.get("integration_energy_error"))
     if error > ENERGY * scale > 0.0:
         warnings.append(
             f"integration lost or made {error / scale:.2g} of the largest energy (at most {ENERGY:g} is usual): "
@@ -70,7 +72,7 @@ def _remedy(series: Mapping[str, np.ndarray]) -> str:
     with np.errstate(all="ignore"):
         square = np.trace(np.asarray(series.get("second_moment", np.nan * np.eye(3)[None])), axis1=-2, axis2=-1)
         size = np.sqrt(square / np.asarray(series.get("mass", np.nan)))
-        away = _largest(np.linalg.norm(series.get("centre_of_mass", np.zeros((1, 3))), axis=-1) / size.flat[0])
+        away = largest_size(np.linalg.norm(series.get("centre_of_mass", np.zeros((1, 3))), axis=-1) / size.flat[0])
     if away > FAR:
         return (
             f"the body is {away:.2g} of its sizes from the origin, where its shape is rounded away: begin nearer to "
@@ -101,12 +103,3 @@ def _does_nothing(tensors: Any, shape: tuple[int, ...]) -> np.ndarray:
         return np.zeros(shape, bool)
     sizes = np.abs(np.asarray(tensors, dtype=float)).max(axis=(-1, -2))
     return (sizes > 0.0) & (sizes < NOTHING * np.fmax.reduce(sizes, axis=-1, initial=0.0)[..., None])
-
-
-def _largest(figures: Any) -> float:
-    """The largest size of what is known; 0 where nothing is."""
-    if figures is None:
-        return 0.0
-    sizes = np.abs(np.asarray(figures, dtype=float))
-    recorded = sizes[~np.isnan(sizes)]
-    return float(recorded.max()) if recorded.size else 0.0

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from astroinertia.dataset.derived import SPINLESS
+from astroinertia.dataset.sizes import largest_size
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.units import SPEED_OF_LIGHT
 
@@ -51,9 +52,9 @@ def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
         np.einsum("tii->t", dataset[name].transpose("time", "i", "j").values)
         for name in ("second_moment", "kinetic_tensor")
     )
-    most = _largest(np.sqrt(second * kinetic))
-    own = _largest(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
-    return (_largest(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
+    most = largest_size(np.sqrt(second * kinetic))
+    own = largest_size(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
+    return (largest_size(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
 
 
 def _given_by_errors(dataset: xr.Dataset) -> np.ndarray | float:
@@ -66,13 +67,8 @@ def _given_by_errors(dataset: xr.Dataset) -> np.ndarray | float:
     torque = dataset["torque"].transpose("effect", "time", "i").values
     virial = dataset["virial_tensor"].transpose("effect", "time", "i", "j").values
     inner = [
-        bool(np.isfinite(turning).any()) and _largest(turning) <= FROM_PAIRS * _largest(pull)
+        bool(np.isfinite(turning).any()) and largest_size(turning) <= FROM_PAIRS * largest_size(pull)
         for turning, pull in zip(torque, virial, strict=True)
     ]
     impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
     return np.nansum(impulse[:, inner], axis=1)
-
-
-def _largest(values: np.ndarray) -> float:
-    """The largest size of a number; 0 where none is known."""
-    return float(np.max(abs(values), where=np.isfinite(values), initial=0.0))

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product, zip_longest
 from textwrap import fill, wrap
 
@@ -15,6 +16,7 @@ from astroinertia.dataset.picture_methods import as_drawn, missing_named
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
+from astroinertia.dataset.sizes import largest_size
 from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
 from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
@@ -23,6 +25,7 @@ from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleare
 from astroinertia.plots.style import words
 from astroinertia.units import unit_of
 
+_largest = partial(largest_size, unknown=np.nan)
 _WIDTH = 40
 _NARROWEST = 12  # column of names
 _ASKED = "settings chosen for an accuracy of "
@@ -371,12 +374,6 @@ def _cell(value: float) -> str:
 def _largest_each(values: np.ndarray) -> np.ndarray:
     """The largest size of each column, NaN where nothing is known of it."""
     return np.array([_largest(column) for column in values.T])
-
-
-def _largest(values: np.ndarray) -> float:
-    """The largest size, NaN where nothing is known."""
-    sizes = abs(values[np.isfinite(values)])
-    return float(sizes.max()) if len(sizes) else np.nan
 
 
 def _value(variable: xr.DataArray) -> str:
