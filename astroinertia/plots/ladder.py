@@ -29,6 +29,7 @@ USUAL = (
 """What is compared unless something else is asked for, as far as the runs have it."""
 _DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
+_LONGEST = 60  # letters of settings in a label
 _FEW = 4  # times: fewer make no spline
 STEADY = 1e-9  # of the largest value: what changes by less stays
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
@@ -74,7 +75,9 @@ def fineness(dataset: xr.Dataset) -> tuple[int, float]:
 
 @with_absent
 def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
-    """What tells the runs apart: model and particles, then the run's name, its folder, its file, then a number.
+    """What tells the runs apart: model and particles, then name, settings, folder and file, then a number.
+
+    Settings are those of --set or of a sweep that are not the same in all runs.
 
     >>> print(labels([ds, ds]))
     ['sph, 100 particles [1]', 'sph, 100 particles [2]']
@@ -86,13 +89,21 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
         names.append(f"{model}, {particles} particles" if particles else model)
     files = [Path(str(dataset.encoding.get("source", ""))).resolve() for dataset in datasets]
     places = [file.parent.name for file in files], [file.stem for file in files]
-    for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], *places):
+    for extra in ([str(dataset.attrs.get("name", "")) for dataset in datasets], _settings(datasets), *places):
         if len(set(names)) < len(names) and len(set(extra)) > 1:
             added = [f" ({more})" if more else "" for more in extra]
             names = [text.removesuffix(more) + more for text, more in zip(names, added, strict=True)]
     if len(set(names)) < len(names):
         names = [f"{text} [{number + 1}]" for number, text in enumerate(names)]
     return names
+
+
+def _settings(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """The settings of each run that not all runs have, as in "body.mass = 2 Msun"; empty where there are too many."""
+    given = [json.loads(dataset.attrs.get("overrides", "[]")) for dataset in datasets]
+    own = [[item for item in items if not all(item in others for others in given)] for items in given]
+    texts = [", ".join(item.replace("=", " = ", 1).replace('"', "") for item in items) for items in own]
+    return texts if max(map(len, texts)) <= _LONGEST else []
 
 
 @with_absent

@@ -1,5 +1,7 @@
 """Runs beside each other: differences, order, labels, the table, the picture and the command."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,19 @@ def test_a_label_has_a_name_once_where_the_folder_has_it_too(fine):
     for run, folder in zip(runs, ("core", "again", "other"), strict=True):
         run.encoding["source"] = f"/runs/{folder}/core.nc"
     assert ladder.labels(runs) == ["ellipsoid (core)", "ellipsoid (core) (again)", "ellipsoid (other)"]
+
+
+def test_runs_of_one_scene_are_named_by_the_settings_that_differ(fine):
+    runs = []
+    for number, period in enumerate(("2 s", "4 s")):
+        settings = ['time.end="1 s"', f'body.rotation.period="{period}"']
+        runs.append(fine.assign_attrs(overrides=json.dumps(settings)))
+        runs[-1].encoding["source"] = f"/runs/sweep/member-{number:04d}/star.nc"
+    assert ladder.labels(runs) == [
+        "ellipsoid (body.rotation.period = 2 s)", "ellipsoid (body.rotation.period = 4 s)",
+    ]  # fmt: skip
+    many = [run.assign_attrs(overrides=json.dumps([f"body.mass={k:060d}"])) for k, run in enumerate(runs)]
+    assert ladder.labels(many) == ["ellipsoid (member-0000)", "ellipsoid (member-0001)"]
 
 
 def test_files_of_one_folder_are_named_by_themselves(fine):
