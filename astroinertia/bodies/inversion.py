@@ -282,24 +282,18 @@ def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: 
     x, core, mantle = (float(value) for value in (body.core_radius_ratio, body.core_density, body.mantle_density))
     if k == _HOMOGENEOUS and name != "core_radius_ratio":
         raise ValueError("a moment ratio of 0.4 is that of a homogeneous body: the size of its core is undefined")
-    if name == "mantle_density":
-        if (assumed < s) != (k < _HOMOGENEOUS):
-            side, other = ("below", "above") if assumed < s else ("above", "below")
-            raise ValueError(
-                f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
-            )
-        if not x > 0:
-            limit = _HOMOGENEOUS * assumed / s
-            raise ValueError(f"with {assumption} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
-    if name == "core_density":
-        if (assumed > s) != (k < _HOMOGENEOUS):
-            side, other = ("above", "above") if assumed > s else ("below", "below")
-            raise ValueError(
-                f"with {assumption} {side} the mean density {s:g} the moment ratio cannot be {other} 0.4: {k:g}"
-            )
-        if not mantle > 0:
-            limit = _HOMOGENEOUS * (s / assumed) ** (2 / 3)
-            raise ValueError(f"with {assumption} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
+    if name != "core_radius_ratio" and (assumed > s) != ((name == "core_density") == (k < _HOMOGENEOUS)):
+        side = "lighter" if assumed > s else "denser"
+        raise ValueError(
+            f"with a moment ratio {'below' if k < _HOMOGENEOUS else 'above'} 0.4, {k:g}, the "
+            f"{name.removesuffix('_density')} is {side} than the mean density {s:g}, and {assumption} is not"
+        )
+    if name == "mantle_density" and not x > 0:
+        limit = _HOMOGENEOUS * assumed / s
+        raise ValueError(f"with {assumption} even a point core leaves a moment ratio of {limit:g}: {k:g} cannot be")
+    if name == "core_density" and not mantle > 0:
+        limit = _HOMOGENEOUS * (s / assumed) ** (2 / 3)
+        raise ValueError(f"with {assumption} and no mantle at all the moment ratio is {limit:.6g}: {k:g} cannot be")
     if not core > 0:
         raise ValueError(f"with {assumption} the core would need a negative density, {core:g}")
     if not mantle > 0:

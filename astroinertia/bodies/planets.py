@@ -256,7 +256,9 @@ def body(name: str) -> SolarSystemBody:
     for title, body in solar_system().items():
         if title.lower() == name.lower():
             return body
-    raise UnlistedError(f"there is no body '{name}' in the table; it has {', '.join(solar_system())}")
+    near = difflib.get_close_matches(name.title()[:64], solar_system(), 1)
+    meant = f" (did you mean {near[0]}?)" if near else ""
+    raise UnlistedError(f"there is no body '{name}' in the table{meant}; it has {', '.join(solar_system())}")
 
 
 def _published(row: dict[str, str]) -> Published:

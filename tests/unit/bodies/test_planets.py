@@ -153,6 +153,8 @@ def test_conversions_are_traced_by_jax_and_whole_numbers_do_not_overflow():
 
 def test_names_are_found_in_any_case_and_unknown_ones_are_reported():
     assert body("mars") is body("Mars")
+    with pytest.raises(KeyError, match=r"'marss' in the table \(did you mean Mars\?\); it has Sun"):
+        body("marss")
     with pytest.raises(KeyError, match=r"Pluto.*Vesta"):
         body("Pluto")
     with pytest.raises(KeyError, match="no core radius of Venus"):

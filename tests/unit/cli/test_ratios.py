@@ -195,7 +195,7 @@ def test_the_table_says_what_the_model_leaves_out(capsys):
         ([*OWN, "--moment-ratio", "-1", "--core-density", "9000"], "positive number"),
         (["--mass", "6e24 km", "--radius", "6371"], "is not a mass"),
         (["--body", "Pluto"], "no body 'Pluto'"),
-        (["--body", "Mars", "--core-density", "3000"], "below the mean density"),
+        (["--body", "Mars", "--core-density", "3000"], "the core is denser than the mean density"),
         (["--body", "Mars", "--moment-ratio", "0.45", "--mantle-density", "3500"], "0.45 is not below 0.4"),
         (["--body", "Mars", "--core-density", "-7000"], "positive number in kg/m3"),
         (["--body", "Mars", "--core-density", "nan"], "positive number"),
