@@ -132,13 +132,17 @@ def growth_rate(times, strength, low: float, high: float) -> float:
     """Return the rate of exponential growth of a bar while its strength (T,) at times (T,) rises from low to high.
 
     A least-squares line through ln(strength), from the last time that it passes `low` before it first reaches `high`.
-    ValueError when fewer than three points lie between.
+    ValueError when fewer than three points lie between, and unless 0 < low < high.
 
     >>> times = np.linspace(0.0, 10.0, 50)
     >>> print(f"{growth_rate(times, 1e-3 * np.exp(0.5 * times), 0.01, 0.1):.6f}")
     0.500000
     """
     times, strength = np.asarray(times, float), np.asarray(strength, float)
+    if not 0 < low < high:
+        raise ValueError(f"a bar grows from a low strength above 0 to a higher one, not from {low:g} to {high:g}")
+    if times.ndim != 1 or strength.shape != times.shape:
+        raise ValueError(f"strengths {strength.shape} do not go with times {times.shape}: both are (T,)")
     reached = np.nonzero(strength >= high)[0]
     end = int(reached[0]) if len(reached) else len(strength)
     below = np.nonzero(strength[:end] < low)[0]

@@ -176,7 +176,7 @@ def gravity_field(
     degree = values.shape[-1] - 1
     if values.ndim != 3 or values.shape != (2, degree + 1, degree + 1) or not np.isfinite(values).all():
         raise ValueError("coefficients must be finite numbers of the shape (2, L + 1, L + 1): C_lm and S_lm")
-    _check(degree, radius)
+    _check(degree, radius, mass)
     return GravityField(float(mass), float(radius), np.tril(values) * _convention(degree, normalization, csphase))
 
 
@@ -194,6 +194,8 @@ def particle_field(
     mass, position = np.asarray(mass, dtype=float), np.asarray(position, dtype=float)
     if mass.ndim != 1 or position.shape != (len(mass), 3) or mass.sum() == 0:
         raise ValueError("particles need masses (N,), which do not add up to 0, and positions (N, 3)")
+    if not (np.isfinite(mass).all() and np.isfinite(position).all()):
+        raise ValueError("a particle has a mass or a position that is not finite: leave it out")
     centre = centre_of_mass(mass, position) if origin is None else np.asarray(origin, dtype=float)
     require_components(origin=centre)
     moments = _moments(mass, (position - centre)[None] / radius, degree)
@@ -240,7 +242,7 @@ def ellipsoid_field(mass: float, semi_axes: Array, degree: int, radius: float) -
     >>> print(field.normalized("unnorm")[0, 2].round(6))  # (2 c^2 - a^2 - b^2)/(10 R^2), 0, (a^2 - b^2)/(20 R^2)
     [-0.122222  0.        0.027778]
     """
-    _check(degree, radius)
+    _check(degree, radius, mass)
     a, b, c = np.asarray(semi_axes, dtype=float)
     if not all(0 <= axis < np.inf for axis in (a, b, c)):
         raise ValueError("the semi-axes of an ellipsoid must be finite numbers, 0 or above")
@@ -326,11 +328,13 @@ def degree_two_moments(inertia: Array) -> Array:
     return namespace(inertia).stack(values, axis=-1)
 
 
-def _check(degree: int, radius: float) -> None:
+def _check(degree: int, radius: float, mass: float = 0.0) -> None:
     if not isinstance(degree, int | np.integer) or not 0 <= degree <= MAX_DEGREE:
         raise ValueError(f"the degree must be a whole number from 0 to {MAX_DEGREE}, not {degree!r:.40}")
     if not 0 < radius < np.inf:
         raise ValueError(f"the reference radius must be positive, not {radius:g}")
+    if not np.isfinite(mass):
+        raise ValueError(f"the mass of a field must be a finite number, not {mass:g}")
 
 
 def _orders(degree: int) -> tuple[np.ndarray, np.ndarray]:

@@ -61,13 +61,15 @@ def principal_gap(moments: Array) -> Array:
 def undefined_axes(moments: Array, tolerance: float | None = None) -> Array:
     """Whether each principal axis is undefined, (..., 3), as a moment (..., 3) equals another within the tolerance.
 
+    All three are where moments are not known (NaN).
+
     The tolerance is 16 roundings of the moments' precision where none is given: 3.6e-15 in double precision.
 
     >>> print(undefined_axes(np.array([1.0, 1.0, 2.0])))  # of an oblate body, two
     [ True  True False]
     """
     gap = principal_gap(moments)
-    return gap <= (_ROUNDINGS * float(np.finfo(gap.dtype).eps) if tolerance is None else tolerance)
+    return ~(gap > (_ROUNDINGS * float(np.finfo(gap.dtype).eps) if tolerance is None else tolerance))
 
 
 @with_quantities()

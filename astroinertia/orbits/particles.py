@@ -27,8 +27,11 @@ def of_particles(
     """
     masses, places = np.array(mass, dtype=float), np.array(position, dtype=float)
     speeds = np.zeros_like(places) if velocity is None else np.array(velocity, dtype=float)
-    if places.shape != (len(masses), 3) or speeds.shape != places.shape:
-        raise ValueError(f"{len(masses)} masses do not go with positions {places.shape} and velocities {speeds.shape}")
+    if masses.ndim != 1 or places.shape != (len(masses), 3) or speeds.shape != places.shape:
+        raise ValueError(
+            f"masses {masses.shape} do not go with positions {places.shape} and velocities {speeds.shape}: they are "
+            "(N,), (N, 3) and (N, 3)"
+        )
     if not all(np.isfinite(part).all() for part in (masses, places, speeds)):
         raise ValueError("a particle has a mass, a position or a velocity that is not finite")
     bodies = rebound.Simulation()

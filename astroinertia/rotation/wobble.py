@@ -348,10 +348,9 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
     [1.e-06 1.e-06]
     """
     times = np.asarray(times, dtype=float)
-    if times.ndim != 1 or np.any(np.diff(times) <= 0):
+    if times.ndim != 1 or not np.all(np.diff(times) > 0):
         raise ValueError("the times of a wobble increase")
-    if frequency == 0 or np.imag(frequency) < 0:
-        raise ValueError("a free wobble has a frequency, and an imaginary part of it that damps (not below 0)")
+    _require_free_wobble(frequency)
     if excitation is None:
         return start * np.exp(1j * frequency * (times - times[0]))
     chi = np.asarray(excitation, dtype=complex)
@@ -372,12 +371,24 @@ def wobble(times: Array, frequency: complex, start: complex = 0.0, excitation: A
 def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) -> Array:
     """The pole's amplitude (complex, rad) under chi = excitation exp(i forcing_rate t), prograde for a rate above 0.
 
-    chi sigma/(sigma - rate): the annual wobble is a forced one. Source: Munk & MacDonald 1960, section 6.3.
+    chi sigma/(sigma - rate): the annual wobble is a forced one. ValueError for a frequency as of `wobble`, and for a
+    rate that is that of an undamped wobble, which grows without end. Source: Munk & MacDonald 1960, section 6.3.
 
     >>> print(forced_wobble(1.0 + 0j, 0.5, 1e-6))  # chi sigma/(sigma - rate)
     (2e-06+0j)
     """
-    return np.asarray(excitation) * frequency / (frequency - np.asarray(forcing_rate))
+    _require_free_wobble(frequency)
+    away = frequency - np.asarray(forcing_rate)
+    if np.any(away == 0):
+        raise ValueError(
+            f"a wobble that nothing damps, forced at its own rate of {frequency.real:g}, grows without end"
+        )
+    return np.asarray(excitation) * frequency / away
+
+
+def _require_free_wobble(frequency: complex) -> None:
+    if not np.isfinite(frequency) or frequency == 0 or np.imag(frequency) < 0:
+        raise ValueError("a free wobble has a frequency, and an imaginary part of it that damps (not below 0)")
 
 
 def _mean_exponential(z: np.ndarray) -> np.ndarray:

@@ -91,6 +91,11 @@ def test_growth_is_measured_between_two_strengths():
     assert growth_rate(times, strength, 1e-4, 0.1) == pytest.approx(0.9, rel=1e-3)
     with pytest.raises(ValueError, match="needs 3"):
         growth_rate(times, strength, 0.2, 0.21)
+    for low, high in ((np.nan, 0.1), (1e-4, np.nan), (0.1, 1e-4), (-1e-4, 0.1)):
+        with pytest.raises(ValueError, match="grows from a low strength above 0 to a higher one"):
+            growth_rate(times, strength, low, high)
+    with pytest.raises(ValueError, match="do not go with times"):
+        growth_rate(times[1:], strength, 1e-4, 0.1)
 
 
 def test_bad_arguments_are_refused():

@@ -263,6 +263,13 @@ PLAIN = GravityField(1.0, 1.0, ellipsoid_field(1.0, (1.0, 1.0, 0.9), 2, 1.0).coe
         (lambda: ellipsoid_field(1.0, (1, 1, 1), 2.0, 1.0), "the degree must be a whole number from 0 to 80, not 2.0"),
         (lambda: ellipsoid_field(1.0, (1, 1, -1), 2, 1.0), "the semi-axes of an ellipsoid must be finite numbers, 0"),
         (lambda: particle_field([1.0], [[0, 0, 0]], 2, 0.0), "the reference radius must be positive, not 0"),
+        (lambda: ellipsoid_field(np.nan, (1, 1, 1), 2, 1.0), "the mass of a field must be a finite number, not nan"),
+        (lambda: gravity_field(np.zeros((2, 3, 3)), np.inf, 1.0), "the mass of a field must be a finite number"),
+        (
+            lambda: particle_field([1.0, np.nan], np.eye(3)[:2], 2, 1.0),
+            "a particle has a mass or a position that is not",
+        ),
+        (lambda: particle_field([1.0, 1.0], np.nan * np.eye(3)[:2], 2, 1.0), "a particle has a mass or a position"),
         (lambda: particle_field([1.0, -1.0], np.eye(3)[:2], 2, 1.0), "particles need masses (N,), which do not add up"),
         (lambda: mesh_field(np.eye(3), [[0, 1, 2]], 2, 1.0, mass=1.0), "the mesh is not closed"),
         (lambda: layered_field((1.0,), [(1, 1, 1), (2, 2, 2)], 2, 1.0), "layers need densities (n,) and semi-axes"),

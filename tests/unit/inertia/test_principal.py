@@ -263,6 +263,7 @@ def test_equal_moments_have_the_mean_derivative_and_their_axes_none(derivatives)
     moments, axes = principal.principal_frame(spheroid)
     assert principal.undefined_axes(moments).tolist() == [True, True, False]
     assert principal.undefined_axes(np.array([1, 1, 2])).tolist() == [True, True, False]  # in whole numbers, too
+    assert principal.undefined_axes(np.array([1.0, 2.0, np.nan])).all()  # what is not known has no axes
     rates, turning = derivatives(spheroid)
     lone = np.outer(axes[2], axes[2])
     np.testing.assert_allclose(rates, [(np.eye(3) - lone) / 2] * 2 + [lone], atol=1e-15)

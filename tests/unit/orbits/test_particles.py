@@ -59,5 +59,7 @@ def test_a_snapshot_becomes_a_simulation():
 def test_particles_that_do_not_fit_together_are_refused():
     with pytest.raises(ValueError, match="do not go with"):
         of_particles(np.ones(3), np.zeros((2, 3)))
+    with pytest.raises(ValueError, match=r"masses \(\) do not go with positions \(3, 3\)"):
+        of_particles(1.0, np.eye(3))
     with pytest.raises(ValueError, match="not finite"):
         of_particles(np.ones(2), np.array([[0.0, 0.0, np.nan], [1.0, 0.0, 0.0]]))

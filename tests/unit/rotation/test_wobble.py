@@ -172,7 +172,12 @@ def test_what_has_no_wobble_is_refused():
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.3, 0.94, 0.0), "share of the moment"),
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.3, 0.94, 1.01), "share of the moment"),
         (lambda: wobble.wobble([0.0, 0.0], 1.0), "increase"),
+        (lambda: wobble.wobble([0.0, np.nan], 1.0), "increase"),
         (lambda: wobble.wobble([0.0, 1.0], 1.0 - 0.1j), "damps"),
+        (lambda: wobble.wobble([0.0, 1.0], np.nan), "damps"),
+        (lambda: wobble.forced_wobble(np.nan, 0.5, 1e-6), "damps"),
+        (lambda: wobble.forced_wobble(0.0, 0.5, 1e-6), "damps"),
+        (lambda: wobble.forced_wobble(1.0, [0.5, 1.0], 1e-6), "grows without end"),
         (lambda: wobble.wobble([0.0, 1.0], 1.0, 0.0, [1.0]), "one value"),
     ):
         with pytest.raises(ValueError, match=message):
