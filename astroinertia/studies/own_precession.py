@@ -36,6 +36,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT, quantity, shown, with_uni
 _ROUNDS, _SETTLED = 1000, 1e-13
 _HELD = {"as": 1.0, "3/2 times as": 1.5}  # turns an orbit of the spins that orbits are known to hold
 _IN_STEP = 1e-3  # of a rate: no farther from such a spin, which is given to a few digits, a body is held
+_MOST_OBLATE = 0.5  # (C - A)/C, as A + B is at least C, that of a flat disc
 _UPRIGHT = 1e-6  # rad: a smaller obliquity has the rate of this one
 _KEYS = ("name", "mass", "semi_major_axis", "period", "eccentricity", "inclination", "node_period")
 
@@ -171,6 +172,17 @@ def _moments(
     size: float, j2: Any, ellipticity: Any, moment_ratio: Any, polar_moment: Any
 ) -> tuple[float, float]:  # fmt: skip
     """C and (3/2) (C - A), from two of J2, H and C; size: M R^2."""
+    polar, difference = _polar_and_difference(size, j2, ellipticity, moment_ratio, polar_moment)
+    if difference > _MOST_OBLATE * polar:
+        raise SceneError(
+            f"precession_of: no body has (C - A)/C = {difference / polar:g}: it is at most 1/2, that of a flat disc"
+        )
+    return polar, 1.5 * difference
+
+
+def _polar_and_difference(
+    size: float, j2: Any, ellipticity: Any, moment_ratio: Any, polar_moment: Any
+) -> tuple[float, float]:  # fmt: skip
     polar = difference = None
     if moment_ratio is not None:
         polar = _number("moment_ratio", moment_ratio, "dimensionless", 0.0) * size
@@ -184,14 +196,14 @@ def _moments(
             "precession_of: give two of j2, dynamical_ellipticity, and one of moment_ratio and polar_moment"
         )
     if polar is not None and difference is not None:
-        return polar, 1.5 * difference
+        return polar, difference
     share = _number("dynamical_ellipticity", ellipticity, "dimensionless", -math.inf)
     if polar is not None:
-        return polar, 1.5 * share * polar
+        return polar, share * polar
     assert difference is not None
     if share * difference <= 0.0:
         raise SceneError("precession_of: j2 and dynamical_ellipticity must have one sign, and neither be 0")
-    return difference / share, 1.5 * difference
+    return difference / share, difference
 
 
 def _nutation(ellipticity: float, spin: float, theta: float, tilt: float, orbit: _Orbit) -> tuple[float, float]:

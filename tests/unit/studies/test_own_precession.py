@@ -258,6 +258,8 @@ def test_two_of_three_numbers_say_the_shape():
         ({"radius": -1.0}, "radius must be a finite number above 0"),
         ({"period": float("nan")}, "period"),
         ({"obliquity": "200 deg"}, "at most 180 deg"),
+        ({"j2": 0.2}, r"no body has \(C - A\)/C = 0.606061: it is at most 1/2"),
+        ({"j2": None, "dynamical_ellipticity": 0.6}, r"no body has \(C - A\)/C = 0.6: it is"),
         ({"moment_ratio": None}, "give two of j2, dynamical_ellipticity"),
         ({"dynamical_ellipticity": 0.003}, "give two of j2, dynamical_ellipticity"),
         ({"moment_ratio": None, "dynamical_ellipticity": -0.003}, "must have one sign"),
