@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import re
 import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -71,6 +72,7 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings) -> None:
         super().__init__(**settings, formatter_class=_Help, allow_abbrev=False)
+        self._negative_number_matcher = re.compile(r"-\.?\d")  # argparse's takes -1e-5 and -5km for options
         self.register("type", Path, _path)
 
     def parse_known_args(self, args=None, namespace=None):

@@ -54,6 +54,12 @@ def test_each_companion_has_its_share_and_its_nutation(elsewhere, capsys):
         assert float(written["total_period"]) / 31557600.0 == pytest.approx(25725, rel=1e-3)
 
 
+@pytest.mark.parametrize("j2", ["1e-5", "-1e-5", "-.00001", "-1.0E-05"])
+def test_a_negative_number_is_a_value_and_no_option(j2, capsys):
+    found = rate([*OWN, *SUN, "--moment-ratio", "0.33", "--j2", j2], capsys)
+    assert found == pytest.approx(np.copysign(0.14758, float(j2)) - 0.019188, abs=1e-5)  # the torque, and relativity
+
+
 def test_options_replace_what_the_tables_have(capsys):
     alone = rate(["--body", "Earth", "--companion", "Sun"], capsys)
     assert alone == pytest.approx(15.93, abs=0.01)
