@@ -253,11 +253,14 @@ def _run_matter(path: Path, units: tuple[str, str], snapshot: int) -> Matter | N
     snapshots = dataset.open_snapshots(path)
     if snapshots is None:
         try:
-            model = dataset.open(path).attrs.get("model", "sph")
+            attributes = dataset.open(path).attrs
         except ArchiveError:
             if path.is_dir():
                 raise
             return None
+        if "sweep" in attributes:
+            raise SceneError(f"{path} is of a sweep, whose members have the particles: give the folder of one of them")
+        model = attributes.get("model", "sph")
         if model != "sph":
             raise SceneError(
                 f"the run {path} has no snapshots, for its model is {model}, which has no particles; its moments "

@@ -156,6 +156,9 @@ def test_a_run_without_particles_is_said_to_have_none(tmp_path):
         dataset.open(tmp_path / model["model"]).to_netcdf(path)
         with pytest.raises(SceneError, match=words):
             read_matter(path)
+        dataset.open(path).assign_attrs(sweep="grid").to_netcdf(tmp_path / "sweep.nc")
+        with pytest.raises(SceneError, match="is of a sweep, whose members have the particles"):
+            read_matter(tmp_path / "sweep.nc")
 
 
 @pytest.mark.parametrize("end", [(1.0, 1.0, 1.0), (0.3, 0.7, 0.1), (1e-3, 2.0, -0.7), (3.0, 0.1, 5.0)])
