@@ -261,7 +261,7 @@ def linear_layers(
     concrete = all(is_known(array) for array in (outer_radii, inner_densities, outer_densities))
     xp = np if concrete else jnp
     radii, inner, outer = (xp.asarray(array, dtype=float) for array in (outer_radii, inner_densities, outer_densities))
-    x = radii / radii[-1]
+    x = radii / xp.where(radii[-1] > 0, radii[-1], 1.0)  # a surface at or below 0 is refused by what follows
     x_in = xp.concatenate([xp.zeros(1), x[:-1]])
     width = x - x_in
     slope = xp.where(width > 0, (outer - inner) / xp.where(width > 0, width, 1.0), 0.0)

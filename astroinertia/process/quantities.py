@@ -465,7 +465,7 @@ def _misfit(signature: Any, given: Mapping[str, Any], function: Any, error: Base
     shapes = {key: np.shape(value) for key, value in given.items() if not isinstance(value, str) and _is_numeric(value)}
     if not any(shape or _may_be_array(signature.parameters[key]) for key, shape in shapes.items()):
         return None
-    meant = {key: re.search(rf"\b{key} (\([^()]*\))", inspect.getdoc(function) or "") for key in shapes}
+    meant = {key: re.search(rf"\b{key}`? (\([^()]*\))", inspect.getdoc(function) or "") for key in shapes}
     stated = ", ".join(f"{key} {found[1]}" for key, found in meant.items() if found)
     taken = ", ".join(f"{key} {shape}" for key, shape in shapes.items())
     return f"does not take arrays of these shapes: {taken}" + (f"; it takes {stated}" if stated else "")

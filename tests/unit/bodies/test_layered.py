@@ -136,6 +136,11 @@ def test_bodies_that_cannot_be_are_refused(radii, densities, message):
         constant_layers(radii, densities)
 
 
+def test_a_table_from_the_surface_down_is_refused_without_a_warning():
+    with pytest.raises(ValueError, match="ascend from the centre"):
+        tabulated_layers([1.0, 0.5, 0.0], [1.0, 2.0, 3.0])
+
+
 def test_a_density_that_falls_below_zero_inside_a_layer_is_refused():
     with pytest.raises(ValueError, match="positive in every layer"):
         polynomial_layers([1.0], [[1.0, -4.0, 3.9]])

@@ -179,6 +179,11 @@ def test_a_radial_profile_is_integrated_exactly_where_it_is_linear():
         tensor.radial_profile_inertia(np.array([0.2, 0.2]), np.ones(2))
 
 
+def test_an_offset_of_another_shape_is_answered_with_every_shape_that_is_taken():
+    with pytest.raises(TypeError, match=r"offset \(2,\); it takes mass \(\.\.\.,\), offset \(\.\.\., 3\)\.$"):
+        tensor.about_point(np.eye(3), 2.0, [1.0, 0.0])
+
+
 def test_the_ring_with_the_moment_of_a_sphere():
     sphere = 0.4 * 3.0 * 2.0**2 * np.eye(3)  # mass 3, radius 2
     radius, ring = tensor.equivalent_ring(sphere, 3.0, np.array([0.0, 0.0, 5.0]))
