@@ -7,6 +7,7 @@ difference shows it. A `sensitivity_sweep` is run as any sweep, by `sweeps.ensem
 tests/unit/sweeps/test_sensitivity.py.
 """
 
+import difflib
 from collections.abc import Sequence
 from os import PathLike
 from typing import Any
@@ -114,11 +115,15 @@ def value_of(tables: dict[str, Any], key: str) -> Any:
     1 Msun
     """
     here: Any = tables
-    for part in key.split("."):
+    parts = key.split(".")
+    for place, part in enumerate(parts):
         if isinstance(here, list):  # its entries are numbered, as --set has them
             here = {str(number): item for number, item in enumerate(here)}
         if not isinstance(here, dict) or part not in here:
-            raise SceneError(f"'{shown(key)}' is not set in the scene; set it, so that it can be moved.")
+            near = difflib.get_close_matches(part[:64], here, n=1, cutoff=0.75) if isinstance(here, dict) else []
+            meant = ".".join([*parts[:place], *near, *parts[place + 1 :]])
+            hint = f"did you mean '{shown(meant)}'?" if near else "set it, so that it can be moved."
+            raise SceneError(f"'{shown(key)}' is not set in the scene; {hint}")
         here = here[part]
     return here
 

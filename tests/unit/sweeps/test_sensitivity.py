@@ -91,6 +91,8 @@ def test_a_self_gravitating_ellipsoid_scales_as_dimensions_say(tmp_path):
         (["body.spin"], 0.01, "'body.spin' is not set in the scene"),
         (["name"], 0.01, "'name' must go between two numbers or two quantities"),
         (["body.change.times"], 0.01, "'body.change.times' must"),
+        (["bdy.radius"], 0.01, "'bdy.radius' is not set in the scene; did you mean 'body.radius'"),
+        (["body.raduis"], 0.01, "'body.raduis' is not set in the scene; did you mean 'body.radius'"),
         (["body.change.times.9"], 0.01, "'body.change.times.9' is not set in the scene"),
         ([], 0.01, "needs keys of the scene"),
         (["body.mass", "body.mass"], 0.01, "each once"),
