@@ -138,6 +138,7 @@ def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
     from astroinertia.process.words import duration, size
     from astroinertia.scene.plan import Line, plan
     from astroinertia.scene.sweep import member
+    from astroinertia.scene.sweep_values import short_text
     from astroinertia.sweeps import ensemble
 
     for name in ("pilot", "audit"):
@@ -149,7 +150,7 @@ def planned(sweep: "Sweep", options: Options) -> "tuple[Plan, bool]":
     first = possible[0]
     lines = [Line("members", f"{count}", f"a {sweep.kind}; all below is of {member(first)}")]
     for place, key in enumerate(sweep.keys):
-        values = list(dict.fromkeys(str(settings[place]) for settings in sweep.members))
+        values = [short_text(value) for value in dict.fromkeys(str(settings[place]) for settings in sweep.members)]
         few = values if len(values) <= 6 else [*values[:3], "...", values[-1]]
         lines.append(Line(key, ", ".join(few), f"{len(values)} values"))
     numbers = sorted(refused)
@@ -185,6 +186,7 @@ def summary(folder: Path) -> list[str]:
 
     from astroinertia.cli import result
     from astroinertia.scene.sweep import member
+    from astroinertia.scene.sweep_values import short_text
     from astroinertia.sweeps import combined
     from astroinertia.sweeps.folder import failure, read
     from astroinertia.units import shown
@@ -204,7 +206,7 @@ def summary(folder: Path) -> list[str]:
     values = [column.values.ravel()[order] for column in columns.values()]
     for number, settings in enumerate(sweep.members):
         figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
-        rows.append((member(number), *(shown(str(value)) for value in settings), *figures))
+        rows.append((member(number), *(shown(short_text(value)) for value in settings), *figures))
     noted = {number: why for number in range(len(sweep.members)) if (why := failure(folder, number))}
     table = [f"{sweep.name} at the end", *_first(aligned(rows), 1)]
     return [*table, *(["", *failures(sweep, noted)] if noted else []), *unclosed(combined.path(sweep, folder))]

@@ -2,8 +2,10 @@
 
 import difflib
 import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from textwrap import fill
 
@@ -17,6 +19,7 @@ from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale
 from astroinertia.plots.in_words import Table
 from astroinertia.plots.shown_units import beyond_round_off, written
+from astroinertia.scene.sweep_values import short_text
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
 COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
@@ -30,6 +33,7 @@ USUAL = (
 _DERIVED = ("moment_of_inertia", "mean_angular_velocity")  # of the accessor, about the axis of the angular momentum
 _COLUMN = 15
 _LONGEST = 60  # letters of settings in a label
+_TITLE, _ROW, _HANDLE = 50, 170, 9  # letters that fit above a panel and below the panels, and a line with its room
 _FEW = 4  # times: fewer make no spline
 STEADY = 1e-9  # of the largest value: what changes by less stays
 _ROUND_OFF = 1e-13  # of the largest value: less is shown as 0
@@ -99,10 +103,15 @@ def labels(datasets: Sequence[xr.Dataset]) -> list[str]:
 
 
 def _settings(datasets: Sequence[xr.Dataset]) -> list[str]:
-    """The settings of each run that not all runs have, as in "body.mass = 2 Msun"; empty where there are too many."""
+    """The settings of each run that not all runs have, as in "mass = 2 Msun"; empty where there are too many.
+
+    A key is named by its last part, unless that is the last part of another.
+    """
     given = [json.loads(dataset.attrs.get("overrides", "[]")) for dataset in datasets]
-    own = [[item for item in items if not all(item in others for others in given)] for items in given]
-    texts = [", ".join(item.replace("=", " = ", 1).replace('"', "") for item in items) for items in own]
+    own = [[item.split("=", 1) for item in items if any(item not in others for others in given)] for items in given]
+    last = {key: key.rpartition(".")[2] for key, _ in chain.from_iterable(own)}
+    names = {key: end if Counter(last.values())[end] == 1 else key for key, end in last.items()}
+    texts = [", ".join(f"{names[key]} = {short_text(value)}" for key, value in items).replace('"', "") for items in own]
     return texts if max(map(len, texts)) <= _LONGEST else []
 
 
@@ -167,9 +176,11 @@ def ladder_figure(datasets: Sequence[xr.Dataset], quantities: Sequence[Compared]
                 axes.tick_params(labelbottom=one is quantities[-1])
                 if one is quantities[-1]:
                     axes.set_xlabel(style.label("time", unit) + more)
-        grid[0, 1].set_title(f"Difference from: {names[finest]}")
+        title = f"Difference from: {names[finest]}"
+        grid[0, 1].set_title(title if len(title) <= _TITLE else f"Difference from:\n{fill(names[finest], _TITLE)}")
         handles, texts = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, texts, loc="outside lower center", ncols=min(len(texts), 4))
+        columns = max(1, _ROW // (max(map(len, texts)) + _HANDLE))
+        figure.legend(handles, texts, loc="outside lower center", ncols=min(len(texts), 4, columns))
         return figure
 
 

@@ -22,6 +22,7 @@ RANGE = ("start", "stop", "number", "scale")
 DISTRIBUTIONS = ("uniform", "log_uniform", "normal", "integers")
 SCALES = ("linear", "log")
 _DIGITS = 15  # of values between two ends: those that every float64 has
+_NUMBER = re.compile(r"(?<![\w.])\d+\.\d+(?:[eE][+-]?\d+)?")
 _WITH_UNIT = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*")
 
 
@@ -58,6 +59,15 @@ def listed(value: Any) -> list[Any]:
             raise SceneError(f"has the value {shown(text)} twice.")
         seen.add(one)
     return value
+
+
+def short_text(value: Any) -> str:
+    """A value as tables and labels show it: what stands in the scene, with its numbers to six digits.
+
+    >>> print(short_text("3.16227766016838 s"), short_text(100.0))
+    3.16228 s 100
+    """
+    return _NUMBER.sub(lambda found: f"{float(found[0]):.6g}", str(value))
 
 
 def value_text(value: Any) -> str:

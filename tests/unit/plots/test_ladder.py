@@ -96,15 +96,26 @@ def test_a_label_has_a_name_once_where_the_folder_has_it_too(fine):
 
 def test_runs_of_one_scene_are_named_by_the_settings_that_differ(fine):
     runs = []
-    for number, period in enumerate(("2 s", "4 s")):
+    for number, period in enumerate(("2.0 s", "3.16227766016838 s")):
         settings = ['time.end="1 s"', f'body.rotation.period="{period}"']
         runs.append(fine.assign_attrs(overrides=json.dumps(settings)))
         runs[-1].encoding["source"] = f"/runs/sweep/member-{number:04d}/star.nc"
     assert ladder.labels(runs) == [
-        "ellipsoid (body.rotation.period = 2 s)", "ellipsoid (body.rotation.period = 4 s)",
+        "ellipsoid (period = 2 s)", "ellipsoid (period = 3.16228 s)",
     ]  # fmt: skip
     many = [run.assign_attrs(overrides=json.dumps([f"body.mass={k:060d}"])) for k, run in enumerate(runs)]
     assert ladder.labels(many) == ["ellipsoid (member-0000)", "ellipsoid (member-0001)"]
+
+
+def test_long_labels_stay_within_the_picture(fine):
+    mass = [f"{number:.14f} kg" for number in (1.2, 2.3, 3.4, 4.5, 5.6, 6.7, 7.8)]
+    runs = [
+        fine.assign_attrs(overrides=json.dumps([f'body.mass="{one}"', f'bodies.0.mass="{one}"', f"body.index={k}.5"]))
+        for k, one in enumerate(mass)
+    ]
+    figure = ladder.ladder_figure(runs, ladder.compared(runs, ["mean_radius"]), 0)
+    assert "(body.mass = 1.2 kg, bodies.0.mass = 1.2 kg, index = 0.5)" in ladder.labels(runs)[0]
+    assert_legible(figure)
 
 
 def test_files_of_one_folder_are_named_by_themselves(fine):

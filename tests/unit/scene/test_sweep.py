@@ -10,7 +10,7 @@ import pytest
 
 from astroinertia.errors import SceneError
 from astroinertia.scene import load, sweep
-from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate
+from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate, short_text
 from astroinertia.scene.text import without_table
 from astroinertia.units import SOLAR_MASS, any_quantity
 
@@ -56,6 +56,19 @@ def test_a_grid_has_every_combination_the_last_key_fastest():
     assert scene.body.mass == pytest.approx(2 * SOLAR_MASS, rel=1e-15)
     assert scene.body.radius == 1.5e6
     assert scene.body.index == 1.5  # what does not vary is as the scene has it
+
+
+def test_values_are_shown_with_six_digits_of_their_numbers_and_nothing_else_changed():
+    given = ("-3.16227766016838 s", 100.0, "rigid", "1.4999999999e5 km", "G15.25", True, [0.5, 1.25e-7])
+    assert list(map(short_text, given)) == [
+        "-3.16228 s",
+        "100",
+        "rigid",
+        "150000 km",
+        "G15.25",
+        "True",
+        "[0.5, 1.25e-07]",
+    ]
 
 
 def test_a_logarithmic_range_keeps_its_ends_and_whole_numbers_stay_whole():
