@@ -26,8 +26,8 @@ def profiles_figure(dataset: xr.Dataset) -> Figure:
     spins = angular_momentum_scale(dataset)[1]
     drawn = _PROFILES if spins else _PROFILES[:1]
     with style.styled():
-        figure = style.begin(dataset, "profiles", (13.0, 4.9) if spins else (7.0, 4.9))
-        panels = np.atleast_1d(figure.subplots(1, len(drawn)))
+        figure = style.begin(dataset, "profiles", (9.0, 9.6) if spins else (7.0, 4.9))
+        panels = np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True))
         chosen = style.picked_times(dataset, CURVES)
         for axes, (name, text, title) in zip(panels, drawn, strict=True):
             _profile(axes, dataset, name, text, chosen)
@@ -58,5 +58,6 @@ def _profile(axes, dataset: xr.Dataset, name: str, text: str, chosen: np.ndarray
         style.plain_log(axes.yaxis, positive.min() / scale, positive.max() / scale)
     elif (positive >= 0).all():
         axes.set_ylim(0, 1.12 * positive.max() / scale or 1.0)
-    axes.set_xlabel(style.label("radius", length_unit))
+    if axes.get_subplotspec().is_last_row():
+        axes.set_xlabel(style.label("radius", length_unit))
     axes.set_ylabel(style.label(text, unit))
