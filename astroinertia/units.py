@@ -4,6 +4,7 @@ of an effect, an equation of state, a body or an observable is: its dimension, d
 The only importer of astropy.units.
 """
 
+import difflib
 import math
 import re
 import sys
@@ -429,8 +430,10 @@ def _unit(text: str) -> tuple[float, Dimension, float]:
             bases = {base.name: float(power) for base, power in zip(unit.bases, unit.powers, strict=True)}
             scale = float(unit.scale)
     except Exception as error:  # ValueError, TypeError, AttributeError and OverflowError have all been seen
-        hint = "; write what it divides by in brackets, as in kg/(m s)" if "multiple slashes" in str(error) else ""
-        raise SceneError(f"'{shown(text)}' is not a unit that is known here{hint}.") from None
+        near = difflib.get_close_matches(text[:64], _OF_SCENES, n=1, cutoff=0.7)
+        hint = f"; did you mean {near[0]}?" if near else "."
+        hint = "; write what it divides by in brackets, as in kg/(m s)." if "multiple slashes" in str(error) else hint
+        raise SceneError(f"'{shown(text)}' is not a unit that is known here{hint}") from None
     if not math.isfinite(scale) or scale <= 0.0:
         raise SceneError(f"the unit '{shown(text)}' has no finite size.")
     radians = bases.pop("rad", 0.0)

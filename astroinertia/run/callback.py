@@ -80,7 +80,7 @@ def _time(every: Any, scene: Scene) -> float:
         every = float(every) if isinstance(every, np.floating) else every
         if not isinstance(every, str | int | float | list):
             raise ValueError(f"must be a time or a number of steps, not something of the type {_type(every)}.")
-        seconds = checked(dimensional(every, "time", scene.dimensionless), "positive")
+        seconds = checked(dimensional(every, "time", scene.dimensionless), "positive", every)
         _refuse_between_records(seconds, scene)
     except (ValueError, SceneError) as error:
         raise SceneError(f"every: {error}") from None

@@ -83,12 +83,13 @@ def options_in_code_units(options: Mapping[str, Any], table: Mapping[str, Option
     return {name: in_code_units(value, table[name].dimension, units) for name, value in options.items()}
 
 
-def checked(value: float, sign: str) -> float:
-    """The value, if it has the sign that is asked for ("positive", "not negative" or "any")."""
+def checked(value: float, sign: str, given: Any) -> float:
+    """The value, given as it is written, if it has the sign that is asked for: "positive", "not negative" or "any"."""
+    written = f"'{shown(given)}'" if isinstance(given, str) else f"{value:g}"
     if sign == "positive" and not value > 0.0:
-        raise ValueError(f"must be positive, not {value:g}.")
+        raise ValueError(f"must be positive, not {written}.")
     if sign == "not negative" and not value >= 0.0:
-        raise ValueError(f"must not be negative, as {value:g} is.")
+        raise ValueError(f"must not be negative, as {written} is.")
     return value
 
 
@@ -122,8 +123,8 @@ class Quantity:
 
     def _read(self, value: Any, info: ValidationInfo) -> float:
         if self.dimension == "dimensionless":
-            return checked(number(value), self.sign)
-        return checked(dimensional(value, self.dimension, bool((info.context or {}).get("code"))), self.sign)
+            return checked(number(value), self.sign, value)
+        return checked(dimensional(value, self.dimension, bool((info.context or {}).get("code"))), self.sign, value)
 
 
 def quantity_of(field: FieldInfo) -> Quantity | None:

@@ -41,7 +41,7 @@ def pressure_constant(exponent: str) -> BeforeValidator:
         gamma = info.data[exponent]
         dimension = pressure_constant_dimension(gamma[0] if isinstance(gamma, tuple) else gamma)  # of the first piece
         code = bool((info.context or {}).get("code"))
-        return checked(dimensional(value, dimension, code), "positive")
+        return checked(dimensional(value, dimension, code), "positive", value)
 
     return BeforeValidator(read)
 

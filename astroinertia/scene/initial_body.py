@@ -298,7 +298,7 @@ class Body(Part):
         if gamma is None:
             raise ValueError("needs an equation of state with a thermal part (ideal or hybrid).")
         code = bool((info.context or {}).get("code"))
-        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative")
+        return checked(dimensional(value, pressure_constant_dimension(gamma), code), "not negative", value)
 
     @model_validator(mode="after")
     def _one_thermal_choice(self) -> Self:

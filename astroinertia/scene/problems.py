@@ -143,8 +143,10 @@ def _in_words(pattern: str) -> str:
 
 def _count(context: dict[str, Any]) -> str:
     if "min_length" in context:
-        return f"at least {context['min_length']} entries"
-    return f"at most {context['max_length']} entries"
+        side, count = "at least", context["min_length"]
+    else:
+        side, count = "at most", context["max_length"]
+    return f"{side} {count} {'entry' if count == 1 else 'entries'}"
 
 
 def _without_tags(loc: tuple[str | int, ...], kinds: dict[str, Any]) -> tuple[Path, str | None]:
