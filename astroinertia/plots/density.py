@@ -123,7 +123,7 @@ def moments_to_show(snapshots: xr.Dataset) -> list[tuple[int, str]]:
         return [(0, "start"), *([(count // 2, "half-way")] if count > 2 else []), (count - 1, "end")]
     if densest in (0, count - 1):
         middle = [(count // 2, "half-way")] if count > 2 else []
-        ends = ("start, densest", "end") if densest == 0 else ("start", "end, densest")
+        ends = ("start, densest snapshot", "end") if densest == 0 else ("start", "end, densest snapshot")
         return [(0, ends[0]), *middle, (count - 1, ends[1])]
     return [(0, "start"), (densest, "densest snapshot"), (count - 1, "end")]
 

@@ -407,7 +407,7 @@ def test_snapshots_to_show(snapshots):
     assert [index for index, _ in moments_to_show(snapshots)] == [0, densest, snapshots.sizes["snapshot_time"] - 1]
     assert moments_to_show(snapshots.isel(snapshot_time=[0])) == [(0, "start")]
     falling = moments_to_show(snapshots.isel(snapshot_time=slice(densest, None)))
-    assert falling[0] == (0, "start, densest")
+    assert falling[0] == (0, "start, densest snapshot")
 
 
 def test_numbers_of_four_digits_below_a_small_picture_do_not_touch(series, snapshots):
