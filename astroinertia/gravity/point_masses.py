@@ -12,6 +12,7 @@ from astroinertia.engines.pytree import pytree
 
 Array = Any
 NEVER = 1e-60  # the square of a rate, in code units, that limits nothing
+BESIDE = -0.5  # q below which a particle is so near a point that its own pull is most of the tide
 UNNOTICED = 1e-3  # of the speed of sound: a pass that changes a velocity by less need not be resolved
 
 
@@ -112,39 +113,66 @@ def virial(
     c is the centre of mass, x' = x - c, w = M/(d^2 + s^2)^1.5 and w_c its value at c, no larger than at the nearest
     particle: what is uniform over the body has no moment. (N,), (N, 3), (3,), (n,), (n, 3): (3, 3).
     """
-    relative, total = position - centre, xp.zeros((3, 3))
+    total = xp.zeros((3, 3))
     for k in range(mass.shape[0]):
-        from_point, (at_centre,) = _weight(xp, centre[None], place[k], softening_squared)
+        _, at_centre = _weight(xp, centre[None], place[k], softening_squared)
         _, w = _weight(xp, position, place[k], softening_squared)
-        symmetric = xp.einsum("n,ni,nj->ij", weight * w, relative, relative)
-        uniform = xp.minimum(at_centre, xp.max(w))
-        total = total - mass[k] * (symmetric + xp.outer((weight * (w - uniform)) @ relative, from_point[0]))
+        growth = _growth(excess(xp, position - centre, place[k] - centre, softening_squared), at_centre / w)
+        total = total - mass[k] * central_moment(xp, weight, position, centre, place[k], w, at_centre, growth)
     return total
+
+
+def central_moment(
+    xp: Any, mass: Array, position: Array, centre: Array, place: Array, weight: Array, at_centre: Array, growth: Array
+) -> Array:
+    """Sum m w x' (x) x' + sum m (w - w_c) x' (x) (c - X) of the weights w (N,) of a pull -w d towards X, (3, 3).
+
+    at_centre (1,): their value at c; growth (N,): that over w, less one, from a form that does not cancel far away,
+    where weights differ in their last digits only. Symbols as in `virial`.
+    """
+    relative, nearest = position - centre, xp.max(weight)
+    rise = xp.where(at_centre <= nearest, -growth * weight, weight - nearest)
+    symmetric = xp.einsum("n,ni,nj->ij", mass * weight, relative, relative)
+    return symmetric + xp.outer((mass * rise) @ relative, centre - place)
 
 
 def tidal_attraction(xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
     """`attraction` less that at the origin, which falls freely, (N, 3).
 
-    -M [x + ((1 + q)^1.5 - 1) X]/(d^2 + s^2)^1.5 does not cancel far away (Battin 1999, Astrodynamics, eq. 8.62).
+    -M [x + ((1 + q)^1.5 - 1) X]/(d^2 + s^2)^1.5 does not cancel far away (Battin 1999, Astrodynamics, eq. 8.62), and
+    the difference itself does not near a point.
     """
     total = xp.zeros_like(position)
     for k in range(mass.shape[0]):
-        squared, excess = _excess(xp, position, place[k], softening_squared)
-        ratio = (1.0 + excess) ** 1.5
-        growth = excess * (3.0 + excess * (3.0 + excess)) / (1.0 + ratio)
-        total = total - mass[k] * (position + growth[:, None] * place[k]) / (squared**1.5 * ratio)[:, None]
+        away, weight = _weight(xp, position, place[k], softening_squared)
+        at_origin = (xp.sum(place[k] ** 2) + softening_squared) ** -1.5
+        q = excess(xp, position, place[k], softening_squared)
+        far = weight[:, None] * (position + _growth(q, at_origin / weight)[:, None] * place[k])
+        near = weight[:, None] * away + at_origin * place[k]
+        total = total - mass[k] * xp.where((q < BESIDE)[:, None], near, far)
     return total
 
 
 def tidal_energy(xp: Any, weight: Array, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
-    """`potential_energy` less its value and its slope at the origin."""
+    """`potential_energy` less its value and its slope at the origin.
+
+    -M/D times (q/(1 + r))^2 (1/2 + 1/r) - x^2/(2 D^2), r = (1 + q)^(1/2): the terms of first order are not in it.
+    """
     total = xp.zeros(())
     for k in range(mass.shape[0]):
-        squared, excess = _excess(xp, position, place[k], softening_squared)
-        root = xp.sqrt(1.0 + excess)
-        beyond = -excess / (root * (1.0 + root)) - position @ place[k] / squared
+        squared = xp.sum(place[k] ** 2) + softening_squared
+        distance = xp.sum((position - place[k]) ** 2, axis=1) + softening_squared
+        root = xp.sqrt(xp.where(distance > 0.0, distance, 1.0) / squared)
+        curved = (excess(xp, position, place[k], softening_squared) / (1.0 + root)) ** 2 * (0.5 + 1.0 / root)
+        beyond = curved - 0.5 * xp.sum(position**2, axis=1) / squared
         total = total - mass[k] * (weight @ beyond) / xp.sqrt(squared)
     return total
+
+
+def excess(xp: Any, position: Array, place: Array, softening_squared: Array) -> Array:
+    """q of d^2 + s^2 = (X^2 + s^2) (1 + q) at positions (N, 3) from where a point is at X, (3,): (N,)."""
+    squared = xp.sum(place**2) + softening_squared
+    return (xp.sum(position**2, axis=1) - 2.0 * position @ place) / xp.where(squared > 0.0, squared, 1.0)
 
 
 def orbital_time(xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
@@ -181,7 +209,6 @@ def _weight(xp: Any, position: Array, place: Array, softening_squared: Array, al
     return away, weight if alone is None else xp.where(xp.arange(len(weight)) == alone, 0.0, weight)
 
 
-def _excess(xp: Any, position: Array, place: Array, softening_squared: Array) -> tuple[Array, Array]:
-    """D^2 = X^2 + s^2, and q with d^2 + s^2 = D^2 (1 + q)."""
-    squared = xp.sum(place**2) + softening_squared
-    return squared, (xp.sum(position**2, axis=1) - 2.0 * position @ place) / squared
+def _growth(q: Array, ratio: Array) -> Array:
+    """(1 + q)^1.5 - 1, where `ratio` is (1 + q)^1.5 to rounding."""
+    return q * (3.0 + q * (3.0 + q)) / (1.0 + ratio)

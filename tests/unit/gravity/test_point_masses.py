@@ -1,8 +1,9 @@
-"""Point masses beside a fluid: their virial tensor against exact sums, wherever they stand."""
+"""Point masses beside a fluid: their virial tensor and their tides against exact sums, wherever they stand."""
 
 import math
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -10,7 +11,7 @@ from astroinertia.gravity import point_masses
 
 
 @pytest.mark.parametrize("softening", [0.0, 1e-3])
-@pytest.mark.parametrize("distance", [1e3, 3.0, 1e-2, 1e-6, 1e-12])
+@pytest.mark.parametrize("distance", [1e8, 1e3, 3.0, 1e-2, 1e-6, 1e-12])
 def test_the_virial_tensor_of_a_point_is_that_of_its_pull_from_far_away_to_the_centre_of_mass(distance, softening):
     random = np.random.default_rng(3)
     mass, position = random.uniform(0.5, 1.5, 12), random.normal(size=(12, 3))
@@ -29,6 +30,27 @@ def test_the_virial_tensor_of_a_point_is_that_of_its_pull_from_far_away_to_the_c
                 sums[i][j] -= Fraction(m) * 2 * (Fraction(x[i]) - middle[i]) * away[j] / (squared * root)
     exact = np.array([[float(value) for value in row] for row in sums])
     assert np.abs(found - exact).max() < 1e-11 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("apart", [1e8, 1e4, 10.0, 1e-4, 1e-9])
+def test_tides_are_the_difference_of_two_pulls_to_rounding_from_far_away_to_beside_the_point(apart):
+    """By mpmath, as the difference is written: by 1e-8 off in energy far away, and by 1e-3 or infinite beside it."""
+    place = np.array([3.0, 1.0, -2.0]) * max(1.0, apart)
+    position = (place if apart < 1.0 else 0.0) + min(apart, 1.0) * np.array([[0.48, 0.6, 0.64], [-0.3, 0.2, 0.9]])
+    mass, pull = np.array([1.5, 0.5]), np.array([2.5])
+    found = point_masses.tidal_attraction(np, position, pull, place[None], 1e-30)
+    energy = point_masses.tidal_energy(np, mass, position, pull, place[None], 1e-30)
+    with mpmath.workdps(60):
+        there, soft = mpmath.matrix(place), mpmath.mpf(1e-30)
+        squared, potential = mpmath.fdot(there, there) + soft, mpmath.mpf(0)
+        for m, at, acceleration in zip(mass, position, found, strict=True):
+            at = mpmath.matrix(at)
+            near = mpmath.fdot(at - there, at - there) + soft
+            exact = -2.5 * ((at - there) / mpmath.sqrt(near) ** 3 + there / mpmath.sqrt(squared) ** 3)
+            assert mpmath.norm(mpmath.matrix(acceleration) - exact) < 2e-15 * mpmath.norm(exact)
+            slope = mpmath.fdot(at, there) / mpmath.sqrt(squared) ** 3
+            potential -= 2.5 * m * (1 / mpmath.sqrt(near) - 1 / mpmath.sqrt(squared) - slope)
+    assert energy == pytest.approx(float(potential), rel=1e-13, abs=0.0)
 
 
 def _root(numerator, denominator):
