@@ -11,6 +11,7 @@ from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.effect import affine_moments, moments
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.effects.passes import time_beside
+from astroinertia.gravity.point_masses import central_moment, excess, virial
 from astroinertia.units import Option, positive
 
 
@@ -99,18 +100,20 @@ class ExternalField(Effect):
         return fluid.mass @ self.specific_potential(xp, fluid.position)
 
     def virial(self, xp, fluid):
-        """-Q A of the quadratic field; the others by the parallel axis through the origin of the field.
-
-        V = -sum m w d (x) d + (o - c) (x) F, c the centre of mass. A uniform field has no moment.
-        """
-        tensor = xp.zeros((3, 3))
+        """-Q A of the quadratic field, and what is not uniform over the body of the others (gravity.point_masses)."""
+        tensor, origin = xp.zeros((3, 3)), xp.asarray(self.origin)
         if self.quadratic is not None:
             tensor = tensor - moments(fluid)[0] @ xp.asarray(self.quadratic)
-        separation = self.separation(xp, fluid)
-        for weight in self.central_weights(xp, separation):
-            weighted = (fluid.mass * weight)[:, None] * separation
-            force = -xp.sum(weighted, axis=0)
-            tensor = tensor - weighted.T @ separation + xp.outer(xp.asarray(self.origin) - fluid.centre, force)
+        if self.circular_speed is not None:
+            square = self.core**2
+            at_centre = 1.0 / (xp.sum((fluid.centre - origin) ** 2) + square)
+            weight = 1.0 / (xp.sum(self.separation(xp, fluid) ** 2, axis=1) + square)
+            growth = excess(xp, fluid.position - fluid.centre, origin - fluid.centre, square)
+            where = fluid.mass, fluid.position, fluid.centre, origin
+            tensor = tensor - self.circular_speed**2 * central_moment(xp, *where, weight, at_centre, growth)
+        if self.point_mass is not None:
+            point = xp.asarray(self.point_mass).reshape(1), origin[None], self.softening**2
+            tensor = tensor + virial(xp, fluid.mass, fluid.position, fluid.centre, *point)
         return tensor
 
     def timestep(self, xp, fluid):

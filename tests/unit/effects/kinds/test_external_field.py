@@ -6,6 +6,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import mpmath
 import numpy as np
 import pytest
 
@@ -34,6 +35,32 @@ def test_each_given_field_is_the_gradient_of_its_potential(options: dict[str, An
 
         force = jax.grad(energy)(jnp.asarray(position))
     assert np.allclose(effect.acceleration(np, at(position)) / len(position), -force, rtol=1e-12, atol=1e-16)
+
+
+@pytest.mark.parametrize("distance", [1e6, 2.0, 1e-3])
+@pytest.mark.parametrize(
+    ("options", "power"),
+    [({"circular_speed": 1.4, "core": 0.3}, 1), ({"point_mass": 1.96, "softening": 0.3}, 1.5)],
+    ids=["logarithmic", "point mass"],
+)
+def test_the_virial_tensor_of_a_central_field_is_that_of_its_pull_however_far_away(options, power, distance):
+    """Sum m x (x) a by mpmath: written about the origin of the field it is off by 1e-4 a million sizes away."""
+    position = ball(20)
+    mass = np.linspace(0.5, 1.5, len(position))
+    centre = mass @ position / mass.sum()
+    origin = centre + distance * np.array([0.6, -0.48, 0.64])
+    effect = catalogue.build("external_field", {**options, "origin": tuple(origin)})
+    found = effect.virial(np, SimpleNamespace(mass=mass, position=position, centre=centre))
+    with mpmath.workdps(40):
+        particles = list(zip(mass.tolist(), position.tolist(), strict=True))
+        middle = sum((m * mpmath.matrix(x) for m, x in particles), mpmath.zeros(3, 1)) / mpmath.fsum(mass)
+        exact = mpmath.zeros(3)
+        for m, x in particles:
+            away = mpmath.matrix(x) - mpmath.matrix(origin)
+            pull = -1.96 * away / (mpmath.fdot(away, away) + mpmath.mpf(0.3) ** 2) ** mpmath.mpf(power)
+            exact += m * (mpmath.matrix(x) - middle) * pull.T
+        wanted = np.array(exact.tolist(), dtype=float)
+    assert np.abs(found - wanted).max() < 1e-14 * np.abs(wanted).max()
 
 
 def test_circular_orbits_have_the_given_speed() -> None:
