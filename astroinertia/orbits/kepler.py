@@ -6,10 +6,9 @@ Functions of NumPy or JAX arrays (xp). Tests: tests/unit/orbits/test_kepler.py.
 import math
 from typing import Any
 
-# Steps of Halley's method from Danby's guess. Near e = 1 and M = 0 each halves the root's distance, down from 0.85.
-ELLIPTIC_STEPS = 24
-# Newton steps from above; the error is round-off for e from 1 to 100 and all times, by test.
-OPEN_STEPS = 14
+# Newton's steps from above; the error is round-off for e up to 100 and all times, by test.
+ELLIPTIC_STEPS, OPEN_STEPS = 7, 14
+LEAST_ECCENTRICITY = 1e-16  # below which a guess needs no curvature
 # Of cosh k - 1 and sinh k - k below k = 1, highest powers first: the first left out is below 1e-18.
 _SERIES = tuple((1.0 / math.factorial(2 * j + 2), 1.0 / math.factorial(2 * j + 3)) for j in reversed(range(10)))
 
@@ -17,18 +16,18 @@ _SERIES = tuple((1.0 / math.factorial(2 * j + 2), 1.0 / math.factorial(2 * j + 3
 def eccentric_anomaly(xp: Any, mean_anomaly: Any, eccentricity: Any) -> Any:
     """E in [-pi, pi] of Kepler's equation E - e sin E = M, for any M and 0 <= e < 1, both of one shape.
 
-    Danby 1988, Fundamentals of Celestial Mechanics, section 6.6, for the first guess.
+    Newton's method from the root of (1 - e) E + e E^3/pi^2 = M, which is beyond E as E - sin E >= E^3/pi^2 up to pi.
+    Its relative error is round-off, too, for any e and M: 1 - e and E - sin E are never differences of large numbers.
 
     >>> print(round(eccentric_anomaly(np, 1.0 - 0.5 * np.sin(1.0), 0.5), 12))
     1.0
     """
     reduced = mean_anomaly - 2.0 * math.pi * xp.round(mean_anomaly / (2.0 * math.pi))
-    anomaly = reduced + xp.where(reduced < 0.0, -0.85, 0.85) * eccentricity
+    short, bend = 1.0 - eccentricity, 3.0 / math.pi**2 * xp.maximum(eccentricity, LEAST_ECCENTRICITY)
+    anomaly = 2.0 * xp.sqrt(short / bend) * xp.sinh(xp.arcsinh(1.5 * xp.sqrt(bend / short) / short * reduced) / 3.0)
     for _ in range(ELLIPTIC_STEPS):
-        # Halley's form of the step: it does not overshoot where the orbit is nearly radial.
-        error = anomaly - eccentricity * xp.sin(anomaly) - reduced
-        slope = 1.0 - eccentricity * xp.cos(anomaly)
-        anomaly = anomaly - error / (slope - 0.5 * error * eccentricity * xp.sin(anomaly) / slope)
+        second, third = _stumpff_sums(xp, anomaly, -1.0)
+        anomaly = anomaly - (short * anomaly + eccentricity * third - reduced) / (short + eccentricity * second)
     return anomaly
 
 
@@ -45,10 +44,12 @@ def place_on_open_orbit(xp: Any, time: Any, eccentricity: Any) -> tuple[Any, Any
     """
     e, excess = eccentricity, eccentricity - 1.0
     size = xp.abs(time)
-    # Both are upper bounds of the root: of the parabola, c_3 >= 1/6, and of large times, s^3 c_3 >= (sinh k - k)/b^1.5.
+    # Upper bounds of the root: of the parabola, c_3 >= 1/6, and k = b^0.5 s of e sinh k = b^1.5 time + k from one of k.
     parabola = 2.0 * (2.0 / e) ** 0.5 * xp.sinh(xp.arcsinh(1.5 * size * (e / 2.0) ** 0.5) / 3.0)
     root = xp.sqrt(xp.where(excess > 0.0, excess, 1.0))
-    anomaly = xp.minimum(parabola, xp.where(excess > 0.0, xp.arcsinh(size * root) / root, parabola))
+    late = xp.minimum(parabola * root, xp.arcsinh(size * root))
+    late = xp.arcsinh((size * root**3 + late) / e) / root
+    anomaly = xp.minimum(parabola, xp.where(excess > 0.0, late, parabola))
     for _ in range(OPEN_STEPS):
         second, third = _stumpff_sums(xp, anomaly, excess)
         anomaly = anomaly - (anomaly + e * third - size) / (1.0 + e * second)
@@ -80,12 +81,13 @@ def _stumpff_sums(xp: Any, s: Any, excess: Any) -> tuple[Any, Any]:
     For b < 0 (1 - cos k)/|b| and (k - sin k)/|b|^1.5 with k = |b|^0.5 s.
     """
     argument = excess * s * s
-    small, size = xp.abs(argument) < 1.0, xp.abs(argument)
+    small = xp.abs(argument) < 1.0
     second, third, near = 0.0, 0.0, xp.where(small, argument, 0.0)
     for of_second, of_third in _SERIES:
         second = second * near + of_second
         third = third * near + of_third
-    root, b = xp.sqrt(xp.where(small, 1.0, size)), xp.where(small, 1.0, xp.abs(excess))
+    b = xp.where(small, 1.0, xp.abs(excess))
+    root = xp.where(small, 1.0, s * xp.sqrt(b))
     far_second = xp.where(excess < 0.0, 1.0 - xp.cos(root), xp.cosh(root) - 1.0)
     far_third = xp.where(excess < 0.0, root - xp.sin(root), xp.sinh(root) - root)
     return xp.where(small, s * s * second, far_second / b), xp.where(small, s**3 * third, far_third / b**1.5)

@@ -27,6 +27,34 @@ def test_keplers_equation_is_solved_for_every_eccentricity() -> None:
         assert np.abs(error).max() < 2e-14, e
 
 
+def test_keplers_equation_keeps_its_digits_near_the_pericentre_of_long_ellipses() -> None:
+    # By bisection in mpmath: 1e-9 of E was lost at e = 1 - 1e-10 and M = 1e-12, all of it where M is smaller still.
+    for gap, mean in product((0.1, 1e-6, 1e-10, 1e-14), (1e-30, 1e-12, -1e-8, 1e-3, 2.0)):
+        with mpmath.workdps(60):
+            low, high = mpmath.mpf(0), mpmath.pi
+            e, size = mpmath.mpf(1.0 - gap), mpmath.mpf(abs(mean))
+            for _ in range(220):
+                middle = (low + high) / 2
+                low, high = (low, middle) if middle - e * mpmath.sin(middle) > size else (middle, high)
+        exact = math.copysign(float(low), mean)
+        assert eccentric_anomaly(np, np.float64(mean), 1.0 - gap) == pytest.approx(exact, rel=2e-15, abs=0.0)
+
+
+@pytest.mark.parametrize(("gap", "time"), [(2.0**-52, 1e30), (1e-10, 1e30), (1e-5, 1e12), (1e-5, 1e30), (0.5, 1e30)])
+def test_hyperbolas_that_are_almost_parabolas_are_followed_for_all_times(gap: float, time: float) -> None:
+    # By mpmath from e sinh H - H = b^1.5 t: by 5e-4 off at b = 1e-5, by 1e15 at b = 2e-16, as Newton's steps ran out.
+    x, y = place_on_open_orbit(np, np.float64(time), np.float64(1.0 + gap))
+    with mpmath.workdps(60):
+        e = mpmath.mpf(1.0 + gap)
+        b, mean = e - 1, (e - 1) ** mpmath.mpf("1.5") * time
+        low, high = mpmath.mpf(0), mpmath.mpf(200)
+        for _ in range(220):
+            middle = (low + high) / 2
+            low, high = (low, middle) if e * mpmath.sinh(middle) - middle > mean else (middle, high)
+        exact = float((e - mpmath.cosh(low)) / b), float(mpmath.sqrt(e * e - 1) * mpmath.sinh(low) / b)
+    assert (x, y) == pytest.approx(exact, rel=1e-13)
+
+
 @pytest.mark.parametrize("eccentricity", [1.0, 1.0 + 1e-9, 1.001, 1.3, 5.0, 100.0])
 def test_places_are_on_the_conic_and_have_swept_the_area_of_their_time(eccentricity: float) -> None:
     """r = p/(1 + e cos f), and Kepler's second law: the area between orbit and focus is time times h/2."""
