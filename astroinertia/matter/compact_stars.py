@@ -274,7 +274,7 @@ def piecewise_polytrope(
         raise ValueError(f"the outermost gamma must be above 1 and none may be 1, not {list(gammas)}")
 
     index = 1 / (gammas[0] - 1)
-    density = densities[0] if densities else (index + 1) ** -index / constant**index  # that at eta = 1 if alone
+    density = densities[0] if densities else 1.0
     edges, pieces = [0.0], []
     scale, offset = (index + 1) * constant * density ** (gammas[0] - 1), 0.0
     for i, gamma in enumerate(gammas):

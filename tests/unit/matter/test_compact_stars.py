@@ -61,6 +61,16 @@ def test_a_polytrope_is_its_formula():
     np.testing.assert_allclose(EQUATIONS[2].pressure(eta), 30.0 * energy**1.8, rtol=1e-13)
 
 
+@pytest.mark.parametrize(("constant", "gamma"), [(1e-3, 1.001), (100.0, 1.005), (1e5, 1.02)])
+def test_a_polytrope_of_almost_one_temperature_is_its_formula(constant, gamma):
+    """K^n and (n + 1)^-n, which such an index takes beyond the numbers, are not asked for."""
+    equation = polytrope(constant, gamma)
+    for rest in (1e-12, 1e-3):
+        eta = equation.enthalpy_of("rest_density", rest)
+        assert equation.pressure(eta) == pytest.approx(constant * rest**gamma, rel=1e-11)
+        assert equation.energy_density(eta) == pytest.approx(rest + constant * rest**gamma / (gamma - 1), rel=1e-11)
+
+
 def test_pieces_meet_and_jumps_are_those_asked_for():
     for edge, low, high, jump in zip(
         JUMPING.edges[1:-1], JUMPING.pieces[:-1], JUMPING.pieces[1:], [1.4, 1.2], strict=True
