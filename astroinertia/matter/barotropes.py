@@ -72,7 +72,7 @@ class PolytropicLaw:
     def enthalpy(self, pressure) -> np.ndarray:
         """(n + 1) K^(n/(n + 1)) P^(1/(n + 1))."""
         n = self.index
-        return (n + 1) * (self.constant**n * np.asarray(pressure)) ** (1 / (n + 1))
+        return (n + 1) * self.constant ** (n / (n + 1)) * np.asarray(pressure) ** (1 / (n + 1))
 
 
 @with_quantities(value="kg m-3")

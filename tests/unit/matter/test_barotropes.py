@@ -29,6 +29,14 @@ def test_enthalpy_is_the_integral_of_dp_over_rho(law):
     assert float(law.pressure(first)) == pytest.approx(1e-7, rel=1e-6)
 
 
+@pytest.mark.parametrize("constant", [1e5, 1e-5])
+def test_a_polytropic_law_of_large_index_is_its_formula(constant):
+    law, density = PolytropicLaw(100.0, constant), 0.7  # K^n is beyond the numbers
+    enthalpy = 101.0 * constant * density**0.01
+    assert law.enthalpy(constant * density**1.01) == pytest.approx(enthalpy, rel=1e-14)
+    assert law.density(enthalpy) == pytest.approx(density, rel=1e-12)
+
+
 def test_a_table_goes_on_as_the_polytrope_that_touches_it():
     exact = PolytropicLaw(1.5, 0.7)
     density = np.geomspace(1e-3, 10.0, 60)
