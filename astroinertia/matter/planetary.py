@@ -70,9 +70,9 @@ class BirchMurnaghan:
         a, b = 1.5 * (slope - 4), 0.0
         if self.second_derivative is not None:
             b = 1.5 * (self.bulk_modulus * self.second_derivative + (slope - 4) * (slope - 3) + 35 / 9)
-        x = jnp.cbrt(density / self.reference_density)  # 1 + 2f is its square
-        strain = (x**2 - 1) / 2
-        return 3 * self.bulk_modulus * strain * x**5 * (1 + a * strain + b * strain**2)
+        compression = _compression(density, self.reference_density)
+        strain = jnp.expm1(2 / 3 * compression) / 2
+        return 3 * self.bulk_modulus * strain * jnp.exp(5 / 3 * compression) * (1 + a * strain + b * strain**2)
 
     @with_quantities()
     def density(self, pressure: Array) -> Array:
@@ -93,8 +93,9 @@ class Vinet:
     @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
-        x = jnp.cbrt(self.reference_density / density)
-        return 3 * self.bulk_modulus * (1 - x) / x**2 * jnp.exp(1.5 * (self.derivative - 1) * (1 - x))
+        third = _compression(density, self.reference_density) / 3
+        shortened = -jnp.expm1(-third)  # 1 - x
+        return 3 * self.bulk_modulus * shortened * jnp.exp(2 * third + 1.5 * (self.derivative - 1) * shortened)
 
     @with_quantities()
     def density(self, pressure: Array) -> Array:
@@ -115,8 +116,8 @@ class Murnaghan:
     @with_quantities()
     def pressure(self, density: Array) -> Array:
         """Pressure at a density."""
-        compression = density / self.reference_density
-        return self.bulk_modulus / self.derivative * (compression**self.derivative - 1)
+        compression = _compression(density, self.reference_density)
+        return self.bulk_modulus / self.derivative * jnp.expm1(self.derivative * compression)
 
     @with_quantities()
     def density(self, pressure: Array) -> Array:
@@ -146,6 +147,11 @@ class ModifiedPolytrope:
         positive = pressure > 0
         power = jnp.where(positive, jnp.where(positive, pressure, 1.0) ** self.exponent, 0.0)
         return self.reference_density + self.coefficient * power
+
+
+def _compression(density: Array, reference: Array) -> Array:
+    """ln(rho/rho_0), right to rounding where densities are almost the same."""
+    return jnp.log1p((density - reference) / reference)
 
 
 def _slope(function: Callable[[Array], Array], at: Array) -> tuple[Array, Array]:
@@ -258,8 +264,12 @@ def cold_energy(material: Material, density: Array) -> Array:
     nodes, weights = np.polynomial.legendre.leggauss(_ENERGY_NODES)
     share = (nodes + 1) / 2
     change = jnp.asarray(density, dtype=float)[..., None] - material.reference_density
-    rho = material.reference_density + change * share**2
-    return jnp.sum(material.pressure(rho) / rho**2 * change * share * weights, axis=-1)
+    rise = change * share**2
+    rho = material.reference_density + rise
+    # Near the reference density pressures go as the rise, which the sum with it has rounded.
+    rounded = rho - material.reference_density
+    pressures = material.pressure(rho) * jnp.where(rounded == 0.0, 1.0, rise / jnp.where(rounded == 0.0, 1.0, rounded))
+    return jnp.sum(pressures / rho**2 * change * share * weights, axis=-1)
 
 
 IRON_HCP = Vinet(8300.0, 156.2e9, 6.08)

@@ -79,10 +79,10 @@ class Tillotson:
         """Pressure of condensed matter and of vapour, and the share of vapour."""
         xp = namespace(density, energy, *vars(self).values())
         eta = density / self.reference_density
-        mu = eta - 1
+        mu = (density - self.reference_density) / self.reference_density
         thermal = self.b * density * energy / (energy / (self.energy_scale * eta**2) + 1)
         condensed = self.a * density * energy + thermal + self.linear * mu + self.quadratic * mu**2
-        stretch = xp.maximum(1 / eta - 1, 0.0)
+        stretch = xp.maximum(-mu / eta, 0.0)
         cold_part = self.linear * mu * xp.exp(-self.beta * stretch)
         vapour = self.a * density * energy + (thermal + cold_part) * xp.exp(-self.alpha * stretch**2)
         share = (energy - self.incipient_vaporisation) / (self.complete_vaporisation - self.incipient_vaporisation)
