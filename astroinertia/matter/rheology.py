@@ -13,6 +13,7 @@ import math
 from importlib import import_module
 from typing import Any
 
+from astroinertia.inertia.tensor import namespace
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -83,8 +84,9 @@ def absorption_band(frequency: Array, quality: Array, reference_frequency: Array
     if isinstance(exponent, float) and not 0 < exponent < 1:
         raise ValueError("the exponent of an absorption band is between 0 and 1")
     turned, forward = 1j**-exponent, 2 * (frequency > 0) - 1  # at a frequency below 0, the conjugate
-    creep = (turned.real + 1j * forward * turned.imag) * (reference_frequency / abs(frequency)) ** exponent
-    return 1 + (creep - turned.real) / (-turned.imag * quality)
+    xp = namespace(frequency, quality, reference_frequency, exponent)
+    growth = xp.expm1(exponent * xp.log(reference_frequency / abs(frequency)))  # x - 1
+    return 1 + (turned.real / -turned.imag * growth - 1j * forward * (1 + growth)) / quality
 
 
 @with_quantities(frequency="rad/s")

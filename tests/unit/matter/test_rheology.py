@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -60,6 +61,16 @@ def test_an_absorption_band_of_constant_quality_disperses_by_the_logarithm():
     for exponent in (0.0, 1.0, -0.2):
         with pytest.raises(ValueError, match="between 0 and 1"):
             rheology.absorption_band(1.0, 100.0, 1.0, exponent)
+
+
+@pytest.mark.parametrize("frequency", [1e-4, 0.5, 1.0 - 1e-6])
+def test_a_band_of_almost_constant_quality_keeps_the_digits_of_its_dispersion(frequency):
+    exponent, quality = 1e-6, 100.0  # cot(alpha pi/2) (x - 1) by mpmath, of which x - 1 by itself loses 1e-10 and more
+    with mpmath.workdps(40):
+        growth = (1 / mpmath.mpf(frequency)) ** mpmath.mpf(exponent) - 1
+        wanted = float(growth * mpmath.cot(mpmath.mpf(exponent) * mpmath.pi / 2)) / quality
+    found = rheology.absorption_band(frequency, quality, 1.0, exponent)
+    assert found.real - 1.0 == pytest.approx(wanted, rel=1e-14, abs=3e-16)
 
 
 def test_heat_is_greatest_at_the_relaxation_time_of_the_whole_body():
