@@ -1,5 +1,6 @@
 """Point masses on orbits as a `rebound.Simulation`, and back: by elements, or by positions and velocities."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -134,18 +135,43 @@ def companions(bodies: rebound.Simulation, around: dict[str, str] | None = None)
 
 
 def _companion(bodies: Any, k: int, labels: list[str], around: str) -> Companion:
-    orbit = _orbit(bodies, k, labels, around)
-    return Companion(
-        labels[k], bodies.particles[k].m, around, semi_major_axis=orbit.a, eccentricity=orbit.e, inclination=orbit.inc,
-        node=orbit.Omega, pericentre=orbit.omega, mean_anomaly=orbit.M,
-    )  # fmt: skip
+    elements, _ = _orbit(bodies, k, labels, around)
+    return Companion(labels[k], bodies.particles[k].m, around, **elements)
 
 
-def _orbit(bodies: Any, k: int, labels: list[str], around: str) -> rebound.Orbit:
-    orbit = bodies.particles[k].orbit(primary=_centre(bodies, labels, around, k))
-    if not 0.0 <= orbit.e < 1.0:
-        raise ValueError(f"{labels[k]} has no bound orbit around {around}: its eccentricity is {orbit.e:.6g}")
-    return orbit
+def _orbit(bodies: Any, k: int, labels: list[str], around: str) -> tuple[dict[str, float], float]:
+    """Osculating elements of a particle, and its period; ValueError where its orbit is not bound.
+
+    Angles are arctangents: the arccosines of REBOUND's own leave half of the digits of a small inclination, and on a
+    circle they may put the particle on the other side. Murray & Dermott 1999, Solar System Dynamics, section 2.8.
+    """
+    centre, particle = _centre(bodies, labels, around, k), bodies.particles[k]
+    place, speed = np.subtract(particle.xyz, centre.xyz), np.subtract(particle.vxyz, centre.vxyz)
+    strength, distance = bodies.G * (centre.m + particle.m), math.hypot(*place)
+    if not (strength > 0.0 and distance > 0.0):
+        raise ValueError(f"{labels[k]} has no orbit around {around}: they are at one place, or neither has a mass")
+    over_axis, outward = 2.0 / distance - float(speed @ speed) / strength, float(place @ speed)
+    cosine = 1.0 - distance * over_axis  # times e, of the eccentric anomaly
+    eccentricity = math.sqrt(max(0.0, cosine**2 + outward**2 * over_axis / strength))
+    turning = np.cross(place, speed)
+    if not (over_axis > 0.0 and eccentricity < 1.0 and turning.any()):
+        raise ValueError(f"{labels[k]} has no bound orbit around {around}: its eccentricity is {eccentricity:.6g}")
+    anomaly = math.atan2(outward * math.sqrt(over_axis / strength), cosine)
+    tilt = math.hypot(turning[0], turning[1])
+    node = math.atan2(turning[0], -turning[1]) if tilt > 0.0 else 0.0
+    ascending = np.array([math.cos(node), math.sin(node), 0.0])
+    from_node = math.atan2(place @ np.cross(turning / math.hypot(*turning), ascending), place @ ascending)
+    across = math.sqrt((1.0 - eccentricity) * (1.0 + eccentricity)) * math.sin(anomaly)
+    pericentre = from_node - math.atan2(across, math.cos(anomaly) - eccentricity)
+    elements = {
+        "semi_major_axis": 1.0 / over_axis,
+        "eccentricity": eccentricity,
+        "inclination": math.atan2(tilt, turning[2]),
+        "node": node % (2.0 * math.pi),
+        "pericentre": pericentre % (2.0 * math.pi),
+        "mean_anomaly": (anomaly - eccentricity * math.sin(anomaly)) % (2.0 * math.pi),
+    }
+    return elements, 2.0 * math.pi / math.sqrt(strength * over_axis**3)
 
 
 def _centre(bodies: rebound.Simulation, labels: list[str], around: str, before: int) -> Any:
@@ -175,4 +201,4 @@ def _particle(bodies: Any, companion: Companion) -> rebound.Particle:
 
 def _shortest_period(bodies: rebound.Simulation, listed: Sequence[Companion]) -> float:
     labels = names(bodies)
-    return min(_orbit(bodies, k, labels, companion.around).P for k, companion in enumerate(listed, start=1))
+    return min(_orbit(bodies, k, labels, companion.around)[1] for k, companion in enumerate(listed, start=1))

@@ -7,7 +7,7 @@ import pytest
 import rebound
 
 from astroinertia.orbits.simulation import BARYCENTRE, BODY, Companion, companions, in_code_units, simulation
-from astroinertia.orbits.states import states
+from astroinertia.orbits.states import present, states
 from astroinertia.units import GRAVITATIONAL_CONSTANT, CodeUnits
 
 EARTH, MOON, SUN = 5.9722e24, 7.346e22, 1.98841e30
@@ -44,6 +44,23 @@ def test_elements_go_in_and_come_back(sun_around):
     period = 2 * math.pi * math.sqrt(moon.semi_major_axis**3 / (GRAVITATIONAL_CONSTANT * (EARTH + MOON)))
     assert period == pytest.approx(given[0].period, rel=1e-12)
     assert sun.semi_major_axis == pytest.approx(given[1].semi_major_axis, rel=1e-11)
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 1e-12, 1e-6, 0.3, 0.99])
+@pytest.mark.parametrize("inclination", [0.0, 1e-12, 1e-8, 1e-5, 0.5 * math.pi, math.pi - 1e-8, math.pi])
+def test_elements_of_circles_and_of_orbits_that_hardly_tilt_are_those_of_where_the_companion_is(
+    eccentricity, inclination
+):
+    # By arccosines, a companion on a circle may come back on its other side, and a tilt of 1e-8 is lost.
+    for mean_anomaly in (0.0, 1e-6, 1.0, 3.14159, 5.0):
+        given = Companion(
+            "moon", 0.01, semi_major_axis=60.0, eccentricity=eccentricity, inclination=inclination, node=2.0,
+            pericentre=0.7, mean_anomaly=mean_anomaly,
+        )  # fmt: skip
+        one = simulation(1.0, [given])
+        other = simulation(1.0, companions(one))
+        for found, wanted in zip(present(other), present(one), strict=True):
+            assert np.linalg.norm(found - wanted) < 1e-13 * np.linalg.norm(wanted)
 
 
 @pytest.mark.parametrize("name", [None, "star"])
@@ -104,6 +121,9 @@ def test_what_contradicts_is_refused_in_a_sentence():
     passing = simulation(1.0, [Companion("comet", 0.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 2.0, 0.0))])
     with pytest.raises(ValueError, match="no bound orbit"):
         companions(passing)
+    weightless = simulation(0.0, [Companion("mote", 0.0, position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.0))])
+    with pytest.raises(ValueError, match="neither has a mass"):
+        companions(weightless)
 
 
 def test_states_at_a_list_of_times_are_those_at_an_array():
