@@ -70,6 +70,14 @@ def test_a_frequency_is_found_beside_a_drift(dataset):
     assert frequency(TIMES, noisy) == pytest.approx(1.7, rel=3e-3)
 
 
+@pytest.mark.parametrize(("size", "turns"), [(1.0, 1.05), (1e45, 1.5), (1e-6, 3.3), (1e45, 7.9)])
+def test_the_frequency_of_a_sinusoid_is_known_to_rounding_in_any_units(size, turns):
+    # The square of what the fit misses by is rounding from 1e-8 of the frequency on.
+    times = 1e9 * np.linspace(3.0, 23.0, 100)
+    omega = 2.0 * np.pi * turns / 20e9
+    assert frequency(times, size * (5.0 + np.cos(omega * times + 2.5))) == pytest.approx(omega, rel=1e-13, abs=0.0)
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [
