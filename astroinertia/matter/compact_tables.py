@@ -23,6 +23,7 @@ from astroinertia.process.quantities import with_quantities
 _FEWEST_ROWS = 4
 _FIRST = 16  # knots a row: tables of four rows a decade then keep pieces of power laws to 1e-8
 _FINEST = 128  # by then the density must rise throughout
+_SURFACE_STEPS = 40  # each gains a factor of some P/e of the first row
 _FIRST_LAW = 0.02  # allowed change of the table's rho0 over that from its own P and e
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -120,8 +121,8 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
 
     Arrays of one length, rising, in geometric units (G = c = Msun = 1). With both densities the energy density counts
     and the rest-mass density is checked against the first law (to 2%, up to a constant factor: the mass of a baryon).
-    Below the first row the pressure falls to zero as a power law with the gamma of the first two rows; beyond the last
-    one the equation is not given. ValueError for tables that are not monotone, too short, or not those of matter.
+    Below the first row the pressure falls to zero as a power of rho0 with the gamma of the first two rows; beyond the
+    last one the equation is not given. ValueError for tables that are not monotone, too short, or not those of matter.
     Sound faster than light is allowed (`Barotrope.causal_up_to` tells).
 
     >>> rest = np.geomspace(1e-6, 1e-2, 30)
@@ -140,14 +141,8 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
     if still.size:
         raise ValueError(f"rows {still[0]} and {still[0] + 1} of the table have the same density")
 
-    first = math.log(P[1] / P[0]) / math.log(density[1] / density[0]) if P[1] > P[0] else 0.0
-    if first <= 1:
-        raise ValueError(f"the table's first rows have gamma {first:.3g}: a surface of zero pressure needs one above 1")
-    index = 1 / (first - 1)
-    surface_density = density[0] - index * P[0] if by_energy else density[0]
+    surface_density, index = _surface(P[:2], density[:2], by_energy)
     start = (index + 1) * P[0] / surface_density
-    if surface_density <= 0:
-        raise ValueError("the table begins at too high a pressure for its density to end at a surface")
     edges = [0.0, start]
     pieces: list[Piece] = [PowerLaw(float(surface_density), float(start), 0.0, index)]
     transitions = np.flatnonzero(np.diff(P) == 0)
@@ -163,6 +158,23 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
     if by_energy and rest_density is not None:
         _check_first_law(equation, P, _rows("rest_density", rest_density, len(P)))
     return equation
+
+
+def _surface(pressure: np.ndarray, density: np.ndarray, by_energy: bool) -> tuple[float, float]:
+    """Rest-mass density at the first of two rows, and n of P ~ rho0^(1 + 1/n) through both: rho0 is e - n P."""
+    rest, index = density, 0.0
+    for _ in range(_SURFACE_STEPS if by_energy else 1):
+        rise = math.log(rest[1] / rest[0]) if rest[1] > rest[0] > 0 else math.inf
+        gamma = math.log(pressure[1] / pressure[0]) / rise
+        if gamma <= 1:
+            raise ValueError(
+                f"the table's first rows have gamma {gamma:.3g}: a surface of zero pressure needs one above 1"
+            )
+        index = 1 / (gamma - 1)
+        rest = density - index * pressure if by_energy else density
+        if rest[0] <= 0:
+            raise ValueError("the table begins at too high a pressure for its density to end at a surface")
+    return float(rest[0]), index
 
 
 def _check_first_law(equation: Barotrope, pressure: np.ndarray, rest_density: np.ndarray) -> None:

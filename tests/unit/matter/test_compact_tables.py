@@ -23,6 +23,15 @@ def test_a_power_law_is_reproduced_exactly():
         np.testing.assert_allclose(getattr(equation, name)(eta), getattr(GAMMA_TWO, name)(eta), rtol=1e-12)
 
 
+def test_below_its_first_row_a_table_of_energies_is_the_power_law_of_its_rest_density():
+    """The gamma is that of rho0, not of e = rho0 + n P, which had densities there off by 2e-3."""
+    rest, exact = np.geomspace(1e-6, 1e-2, 17), GAMMA_TWO
+    table = tabulated(100 * rest**2, energy_density=rest + 100 * rest**2)
+    eta = np.array([1e-9, 1e-6, 1.9e-4])  # the first row is at 2e-4
+    np.testing.assert_allclose(table.rest_density(eta), exact.rest_density(eta), rtol=1e-12)
+    np.testing.assert_allclose(table.pressure(eta), exact.pressure(eta), rtol=1e-12)
+
+
 def test_more_rows_are_more_accurate():
     """A table by energy density, which is no power law: from 15 to 120 rows the star converges faster than rows^-3."""
     exact = star(GAMMA_TWO, central_pressure=1.6384e-4)
