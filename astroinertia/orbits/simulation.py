@@ -139,7 +139,7 @@ def _companion(bodies: Any, k: int, labels: list[str], around: str) -> Companion
     return Companion(labels[k], bodies.particles[k].m, around, **elements)
 
 
-def _orbit(bodies: Any, k: int, labels: list[str], around: str) -> tuple[dict[str, float], float]:
+def _orbit(bodies: Any, k: int, labels: list[str], around: str) -> tuple[dict[str, Any], float]:
     """Osculating elements of a particle, and its period; ValueError where its orbit is not bound.
 
     Angles are arctangents: the arccosines of REBOUND's own leave half of the digits of a small inclination, and on a
