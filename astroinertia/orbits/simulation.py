@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import rebound
 
+from astroinertia.orbits.kepler import eccentric_anomaly
 from astroinertia.orbits.states import names
 from astroinertia.process.quantities import with_quantities
 from astroinertia.units import CodeUnits
@@ -184,19 +185,40 @@ def _centre(bodies: rebound.Simulation, labels: list[str], around: str, before: 
 
 def _particle(bodies: Any, companion: Companion) -> rebound.Particle:
     centre = _centre(bodies, [*names(bodies), companion.name], companion.around, bodies.N)
-    if companion.position is None or companion.velocity is None:
-        size: Any = {"a": companion.semi_major_axis} if companion.period is None else {"P": companion.period}
-        return rebound.Particle(
-            bodies, m=companion.mass, name=companion.name, primary=centre, e=companion.eccentricity,
-            inc=companion.inclination, Omega=companion.node, omega=companion.pericentre, M=companion.mean_anomaly,
-            **size,
-        )  # fmt: skip
-    place = np.add(centre.xyz, companion.position)
-    speed = np.add(centre.vxyz, companion.velocity)
+    place, speed = companion.position, companion.velocity
+    if place is None or speed is None:
+        if not centre.m > 0.0:
+            raise ValueError(f"{companion.name} goes around {companion.around}, which has no mass")
+        place, speed = _on_orbit(companion, bodies.G * (centre.m + companion.mass))
+    place, speed = np.add(centre.xyz, place), np.add(centre.vxyz, speed)
     return rebound.Particle(
         bodies, m=companion.mass, name=companion.name,
         **dict(zip(("x", "y", "z", "vx", "vy", "vz"), map(float, (*place, *speed)), strict=True)),
     )  # fmt: skip
+
+
+def _on_orbit(companion: Companion, strength: float) -> tuple[np.ndarray, np.ndarray]:
+    """Place and velocity (3,) by a companion's elements about what it goes around; strength is G times both masses.
+
+    1 - e is never the difference of larger numbers, of which REBOUND's own places have an error of 1e-10 at e = 0.9999.
+    Murray & Dermott 1999, Solar System Dynamics, eq. 2.119 to 2.122.
+    """
+    e, axis = companion.eccentricity, companion.semi_major_axis
+    if axis is None:
+        assert companion.period is not None
+        axis = (strength * (companion.period / (2.0 * math.pi)) ** 2) ** (1.0 / 3.0)
+    anomaly = float(eccentric_anomaly(np, np.float64(companion.mean_anomaly), e))
+    fallen, flat = 2.0 * math.sin(0.5 * anomaly) ** 2, math.sqrt((1.0 - e) * (1.0 + e))
+    pace = math.sqrt(strength / axis) / ((1.0 - e) + e * fallen)
+    (one, up), (cosine, sine), (tilt, level) = (
+        (math.cos(angle), math.sin(angle)) for angle in (companion.node, companion.pericentre, companion.inclination)
+    )
+    towards = np.array([one * cosine - up * sine * tilt, up * cosine + one * sine * tilt, sine * level])
+    across = np.array([-one * sine - up * cosine * tilt, -up * sine + one * cosine * tilt, cosine * level])
+    return (
+        axis * (((1.0 - e) - fallen) * towards + flat * math.sin(anomaly) * across),
+        pace * (flat * math.cos(anomaly) * across - math.sin(anomaly) * towards),
+    )
 
 
 def _shortest_period(bodies: rebound.Simulation, listed: Sequence[Companion]) -> float:
