@@ -20,6 +20,9 @@ PAYS = 1.1  # how many times cheaper several rungs must be than global steps: li
 # How many times more they must be by limits of which neighbours' do not agree yet: of Evrard's 3000 particles, 1 of 38
 # base steps was split that promised less. To make them agree takes a fifth of a global step.
 AGREED = 1.2
+# Global steps that a base step may cost. A run is saved and stopped between base steps; to begin with one takes a
+# hundredth of so many.
+LONGEST = 256.0
 
 
 def that_pay(counts: Array, beyond: int, most: int, agreed: bool = True) -> int:
@@ -46,10 +49,11 @@ def cost(counts: Array, finest: int, beyond: int) -> float:
     """The cost of the shortest interval with so many rungs below the longest one, in evaluations of a particle.
 
     counts, beyond: as of that_pay. An evaluation is of sums over neighbours, one for each interval, and of sums over
-    nested sets, each computed again where particles have changed sides.
+    nested sets, each computed again where particles have changed sides. Infinite where a base step would take too long.
     """
     by_rung = np.append(counts[:finest], counts[finest:].sum())[::-1]
-    return of_base_step(np.append(np.zeros(beyond), by_rung)) / 2.0 ** (finest + beyond)
+    whole = of_base_step(np.append(np.zeros(beyond), by_rung))
+    return np.inf if whole > LONGEST * of_global_step(counts.sum()) else whole / 2.0 ** (finest + beyond)
 
 
 def of_base_step(counts: Array) -> float:

@@ -85,6 +85,25 @@ def test_ends_of_intervals_of_few_particles_cost_as_much_as_particles() -> None:
     assert base_step(limits, 100.0, 1)[0] == 1.0 and not base_step(limits, 100.0, 1)[1].any()
 
 
+@pytest.mark.parametrize(("short", "count"), [(500, 1000), (100, 10_000), (1, 300)])
+def test_no_base_step_outlasts_a_few_hundred_global_steps(
+    short: int, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run is saved between base steps alone: with limits 2^20 apart one took a million global steps."""
+    limits = np.repeat([1.0, 2.0**20], [short, count - short])
+
+    def cost() -> tuple[float, float]:
+        base, rung = base_step(limits, 1e9, 1)
+        whole = rung_costs.of_base_step(np.bincount(rung)) / rung_costs.of_global_step(count)
+        return whole, whole / base
+
+    whole, pace = cost()
+    assert 0.25 * rung_costs.LONGEST < whole <= rung_costs.LONGEST
+    monkeypatch.setattr(rung_costs, "LONGEST", np.inf)
+    endless, ideal = cost()
+    assert endless > 1e5 and pace < 1.02 * ideal  # it loses little
+
+
 def test_few_particles_do_not_make_another_nested_set() -> None:
     assert merged(np.array([2] + [4] * 9 + [5] * 9), 2).tolist() == [4] + [4] * 9 + [5] * 9
     assert merged(np.array([2] * 9 + [4] + [5] * 9), 2).tolist() == [2] * 9 + [5] + [5] * 9
