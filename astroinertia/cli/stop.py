@@ -62,14 +62,18 @@ def ended(how: Ended) -> tuple[int, str]:
 
 @contextmanager
 def warnings_as_sentences(tell: Callable[[str], None]) -> Iterator[None]:
-    """Show what a disk has damaged, and what a scene leaves out, as a sentence without the line of the code."""
-    usual = warnings.showwarning
+    """Show what a disk has damaged, and what a scene leaves out, as a sentence without the line of the code.
+
+    Once, however often a command comes upon it.
+    """
+    usual, shown = warnings.showwarning, set()
 
     def show(message, category, *where) -> None:
-        if issubclass(category, ArchiveWarning | SceneWarning):
-            tell(str(message))
-        else:
+        if not issubclass(category, ArchiveWarning | SceneWarning):
             usual(message, category, *where)
+        elif (sentence := str(message)) not in shown:
+            shown.add(sentence)
+            tell(sentence)
 
     with warnings.catch_warnings():
         warnings.showwarning = show

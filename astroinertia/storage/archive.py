@@ -332,8 +332,8 @@ class Archive:
         kept = segments[: _segments(checkpoints[-1])]
         for entry in kept:
             if entry["file"] in damaged:
-                held = " and ".join(f"{entry[kind]} {kind}" for kind in ("records", "snapshots") if entry[kind])
-                self._lost[entry["file"]] = f"{damaged[entry['file']]} Its {held} are lost."
+                held = " and ".join(f"{entry[kind]} of the {kind}" for kind in ("records", "snapshots") if entry[kind])
+                self._lost[entry["file"]] = f"{damaged[entry['file']]} This loses {held}."
         for file, sentence in damaged.items():
             whole = "The run goes on from a checkpoint that is whole, and nothing of this is lost."
             warnings.warn(self._lost.get(file, f"{sentence} {whole}"), ArchiveWarning, stacklevel=3)

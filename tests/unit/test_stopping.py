@@ -388,7 +388,7 @@ def test_a_file_says_what_of_it_is_lost(tmp_path):
     first = min(folder.glob("segment-*"))
     first.unlink()
     outputs = len(astroinertia.open(file)["time"])
-    with pytest.warns(UserWarning, match=rf"{first.name} is missing.* Its 1 records are lost"):
+    with pytest.warns(UserWarning, match=rf"{first.name} is missing.* This loses 1 of the records"):
         astroinertia.resume(folder)
     found = astroinertia.open(file)
     assert len(found["time"]) == outputs - 1

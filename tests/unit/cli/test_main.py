@@ -263,6 +263,18 @@ def test_what_goes_wrong_in_a_run_gets_one_sentence(error, code, words, elsewher
     assert printed.count("\n") == 1
 
 
+@pytest.mark.filterwarnings("always::astroinertia.errors.ArchiveWarning")
+def test_damage_is_said_once_however_often_a_command_comes_upon_it(elsewhere, capsys):
+    settings = ["--set", "time.end=0.01 s", "--output", "run"]
+    assert main(["run", str(SIMS / "tennis_racket.toml"), *settings]) == 0
+    file = (elsewhere / "run" / "tennis_racket.nc").read_bytes()
+    (elsewhere / "run" / "manifest.json").write_text("{}")
+    capsys.readouterr()
+    assert main(["resume", "run"]) == 0
+    assert capsys.readouterr().err.count("its copy is used") == 1
+    assert (elsewhere / "run" / "tennis_racket.nc").read_bytes() == file
+
+
 @pytest.mark.parametrize("command", ["guide", "plan star.toml"])
 def test_a_full_disk_behind_the_standard_output_is_said(command, elsewhere, capsys, monkeypatch):
     main(["new", "star.toml"])

@@ -244,7 +244,7 @@ def test_outputs_older_than_both_checkpoints_are_lost_and_reported(tmp_path, how
     spoil(tmp_path / "segment-000001.npz", how)
     with pytest.raises(ArchiveError, match=rf"segment-000001\.npz is {how}"):
         list(Archive.view(tmp_path).read_series())
-    with pytest.warns(ArchiveWarning, match=rf"segment-000001\.npz is {how}.* Its 2 records are lost"):
+    with pytest.warns(ArchiveWarning, match=rf"segment-000001\.npz is {how}.* This loses 2 of the records"):
         archive = Archive.open(tmp_path)
     with archive:
         (sentence,) = archive.lost
@@ -263,7 +263,7 @@ def test_snapshots_are_lost_without_the_records_of_their_time(tmp_path, how):
     assert sum(len(part["time"]) for part in Archive.view(tmp_path).read_series()) == 8
     with pytest.raises(ArchiveError, match=rf"snapshots-000001\.npz is {how}"):
         list(Archive.view(tmp_path).read_snapshots())
-    with pytest.warns(ArchiveWarning, match=rf"snapshots-000001\.npz is {how}.* Its 1 snapshots are lost"):
+    with pytest.warns(ArchiveWarning, match=rf"snapshots-000001\.npz is {how}.* This loses 1 of the snapshots"):
         archive = Archive.open(tmp_path)
     with archive:
         write_on(archive, 12)
