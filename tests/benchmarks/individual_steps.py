@@ -139,8 +139,8 @@ def measured(
     bodies = {kind: make(particles, f'numerics.timesteps="{kind}"') for kind in ("global", "individual")}
     steps: list[Taken] = []
 
-    def base_step(*arguments: Any) -> Any:
-        found = block_step.step(*arguments)
+    def base_step(*arguments: Any, **named: Any) -> Any:
+        found = block_step.step(*arguments, **named)
         steps.append(found[2])
         return found
 
@@ -151,7 +151,8 @@ def measured(
     bodies["global"].state, bodies["global"].arrangement = one.state, one.arrangement
     kept = one.state, one.arrangement
     for body in bodies.values():
-        body.advance(end)  # compiles
+        body.rehearse()  # compiles what steps of several intervals need, which may come late
+        body.advance(end)
         body.state, body.arrangement = kept
     steps.clear()
     courses = {kind: Course(body, body.record(None)) for kind, body in bodies.items()}
