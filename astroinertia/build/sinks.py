@@ -8,12 +8,15 @@ import numpy as np
 
 from astroinertia.build.companions import refuse_fields
 from astroinertia.errors import SceneError
+from astroinertia.models import checkpoint
 from astroinertia.scene.apart import beside_sinks
 from astroinertia.scene.plan import smoothing
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.table import MAX_PARTICLES, read_body
 from astroinertia.units import CodeUnits
+
+STORED = ".points['sinks'].{}"  # their arrays in a checkpoint
 
 
 def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
@@ -83,10 +86,21 @@ def between(problem: Any) -> Any:
 
 def at_first(arrays: Mapping[str, np.ndarray], count: int) -> int:
     """The number of particles that the run of a checkpoint began with, which has `count` of them now."""
-    original = arrays.get(".points['sinks'].particles", np.array(count))
+    original = arrays.get(STORED.format("particles"), np.array(count))
     if original.shape != () or original.dtype.kind != "i" or not count <= original <= MAX_PARTICLES:
         raise ValueError("it does not say how many particles there were before the sinks")
     return int(original)
+
+
+def limits(effects: Sequence[Any], sunk: int, count: int) -> dict[str, tuple[float, float]]:
+    """The least and the largest values of the arrays of so many sinks in a checkpoint of so many particles."""
+    effect = _effect(effects)
+    if effect is None:
+        return {}
+    most = int(effect.number)
+    found = {"mass": checkpoint.POSITIVE, "formed": (sunk, most), "identity": (0, most - 1),
+             "particles": (count, MAX_PARTICLES)}  # fmt: skip
+    return {STORED.format(name): span for name, span in found.items()}
 
 
 def _effect(effects: Sequence[Any]) -> Any:

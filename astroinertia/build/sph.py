@@ -32,7 +32,6 @@ from astroinertia.units import CodeUnits
 
 _BEGINS = "mass", "position", "velocity", "entropy"
 _STENCIL = 64  # particles of the throw-away state that shows a checkpoint's structure
-_SINKS = ".points['sinks'].{}"  # their arrays in a checkpoint
 
 
 def evolution(scene: Scene, units: CodeUnits) -> Particles:
@@ -146,7 +145,7 @@ def _under_way(
 def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem: Problem, end: float) -> None:
     """ValueError where the arrays are not those of a state of this scene, which has the structure of `like`."""
     count, stored, expected = len(arrays[".mass"]), checkpoint.described(checkpoint.flattened(like)), {}
-    sunk = checkpoint.length(arrays, _SINKS.format("mass")) if _SINKS.format("mass") in stored else 0
+    sunk = checkpoint.length(arrays, sinks.STORED.format("mass")) if sinks.STORED.format("mass") in stored else 0
     for name, (dtype, shape) in stored.items():
         rows = {0: sunk} if ".points['sinks']" in name else {} if ".points[" in name else {_STENCIL: count}
         expected[name] = (dtype, (*(rows.get(length, length) for length in shape[:1]), *shape[1:]))
@@ -160,8 +159,7 @@ def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem:
         **dict.fromkeys(
             (f".rates.fluid.{name}" for name in ("mass", "density", "smoothing_length")), checkpoint.POSITIVE
         ),
-        _SINKS.format("mass"): checkpoint.POSITIVE,
-        _SINKS.format("particles"): (count, MAX_PARTICLES),
+        **sinks.limits(problem.effects, sunk, count),
         **{f".memory['{member_key(name)}']": (0.0, 1.0) for name in scene.regions},
         f".memory['{DENSITY_FACTOR}']": checkpoint.POSITIVE,
         ".points['companions'].mass": checkpoint.SIZE,

@@ -15,6 +15,7 @@ from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, SceneError
 from astroinertia.models.sph import accretion
 from astroinertia.models.sph.evolution import STEPS_BETWEEN_SORTS
+from astroinertia.models.sph.record import energy_budget
 from astroinertia.models.sph.sinks import no_sinks
 from astroinertia.orbits.particles import of_snapshot
 from astroinertia.scene import load
@@ -178,6 +179,76 @@ def test_two_clouds_become_two_sinks_that_pull_at_each_other(timesteps: str) -> 
     assert last["region_ledger_closure"][0] <= 1e-12
 
 
+HALO = """
+[[bodies]]
+kind = "power_law"
+exponent = 1.0
+particles = 60
+mass = 0.05
+radius = 0.5
+relax = false
+specific_internal_energy = 1.0
+position = [0.0, 2.0, 0.0]
+"""
+MEETING = NAME + HALO + PHYSICS + "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nsoftening = 0.02\n"
+MEETING += "".join(
+    f"{BALL}position = [{0.6 * side}, 0.0, 0.0]\nvelocity = [0.0, {0.1 * side}, {0.05 * side}]\n"
+    for side in (1.0, -1.0)
+)
+
+
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_two_sinks_that_meet_become_one_that_spins(timesteps: str) -> None:
+    """Mass, momentum, angular momentum and energy stay through the merger; the orbit is the spin of the older sink."""
+    body, energies = prepared(MEETING, f"numerics.timesteps={timesteps}"), []
+
+    def between(problem: Any, arrangement: Any, state: Any) -> Any:
+        done = accretion.step(problem, arrangement, state)
+        energies.append([energy_budget(problem, each)["total"] for each in (state, done[0])])
+        return done
+
+    body.between, first = between, body.record(None)
+    while body.state.points["sinks"].formed < 2:
+        body.advance(3.0)
+    while len(body.state.points["sinks"].mass) == 2:
+        before, saved = body.record(first["potential_energy"]), body.arrays() if body.resumable else {}
+        body.advance(3.0)
+        if saved:
+            kept = {name: array.copy() for name, array in saved.items()}
+    last = body.record(first["potential_energy"])
+    assert 1.2 < body.time < 1.6
+    assert before["sink_number"] == 2.0
+    assert last["sink_number"] == 1.0
+    assert np.isfinite(last["sink_mass"]).tolist() == [True] + 15 * [False]
+    assert last["sink_mass"][0] == pytest.approx(np.nansum(before["sink_mass"]), rel=1e-12)
+    assert last["mass"] + last["sink_mass"][0] == pytest.approx(first["mass"], rel=1e-12)
+    assert np.abs(last["system_momentum"] - first["system_momentum"]).max() <= 1e-14
+    turning = np.linalg.norm(first["system_angular_momentum"])
+    assert np.abs(last["system_angular_momentum"] - first["system_angular_momentum"]).max() <= 1e-12 * turning
+    assert np.linalg.norm(last["sink_spin"][0]) > 0.9 * turning
+    assert np.linalg.norm(np.nansum(before["sink_spin"], axis=0)) < 0.1 * turning
+    assert last["ledger_closure"] <= 1e-13
+    energy = abs(first["total_energy"])
+    assert abs(energies[-1][1] - energies[-1][0]) <= 1e-12 * energy
+    assert abs(last["total_energy"] - first["total_energy"] - last["integration_energy_error"]) <= 1e-12 * energy
+    # A run that was ended with two sinks ends with the same bits.
+    scene = load.loads(MEETING, [f"numerics.timesteps={timesteps}"])
+    again = resumed(scene, code_units(scene), kept)
+    assert len(again.state.points["sinks"].mass) == 2
+    while again.steps < body.steps:
+        again.advance(3.0)
+    one, other = body.arrays(), again.arrays()
+    for name, array in one.items():
+        np.testing.assert_array_equal(array, other[name], err_msg=name)
+
+
+def test_sinks_that_are_not_to_merge_stay_two() -> None:
+    body = prepared(MEETING, 'effects.sinks.merging="never"')
+    while body.time < 1.6:
+        body.advance(1.6)
+    assert body.record(None)["sink_number"] == 2.0
+
+
 @pytest.mark.parametrize("timesteps", [pytest.param("global", marks=pytest.mark.full), "individual"])
 def test_a_run_with_a_sink_resumes_bit_for_bit(timesteps: str) -> None:
     """From a checkpoint with a sink, through more accretion, to the same bits."""
@@ -262,6 +333,29 @@ def test_a_sink_accretes_what_is_bound_to_it_and_can_come_down() -> None:
         sink, mass=np.array([1.0, 3.0]), position=np.array([[0.0, 0, 0], [1, 0, 0]]), velocity=np.zeros((2, 3))
     )
     assert accretion.bound_to(both, 1.0, place[:1], speed[:1]).tolist() == [1]
+
+
+def test_bound_sinks_within_the_radius_become_the_older_one_the_closest_first() -> None:
+    """Of two triples, one unites step by step; of the other, one is too fast to be bound and one too far away."""
+    random = np.random.default_rng(4)
+    near = 0.2 * random.normal(size=(3, 3))
+    place = np.concatenate([near, [[9.0, 0, 0], [9.2, 0, 0], [10.1, 0, 0]]])
+    speed = 0.3 * random.normal(size=(6, 3))
+    speed[4] += [0.0, 9.0, 0.0]
+    nothing = no_sinks(0.1, 10)
+    mass, spin = random.uniform(0.5, 1.5, 6), random.normal(size=(6, 3))
+    six = replace(nothing, mass=mass, position=place, velocity=speed, spin=spin, identity=np.arange(6), formed=6)
+    left = accretion.united(six, 1.0)
+    assert left.identity.tolist() == [0, 3, 4, 5]
+    assert left.formed == 6
+    for sinks in (six, left):
+        assert sinks.mass.sum() == pytest.approx(mass.sum(), rel=1e-12)
+        np.testing.assert_allclose(sinks.mass @ sinks.position, mass @ place, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(sinks.mass @ sinks.velocity, mass @ speed, rtol=1e-12, atol=1e-12)
+        moment = (sinks.mass[:, None] * np.cross(sinks.position, sinks.velocity) + sinks.spin).sum(axis=0)
+        np.testing.assert_allclose(moment, (mass[:, None] * np.cross(place, speed) + spin).sum(axis=0), rtol=1e-12)
+    apart = accretion.united(six, 0.01)
+    assert apart is six
 
 
 def test_a_sink_forms_beside_denser_matter_that_does_not_collapse() -> None:

@@ -1,6 +1,6 @@
 """Sinks: point masses that take the place of matter which collapses beyond what particles resolve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
 from astroinertia.effects.passes import time_beside
 from astroinertia.gravity.point_masses import attraction, potential_energy, reaction, virial
-from astroinertia.units import REQUIRED, Option, not_negative, positive
+from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
 
 @pytree
@@ -18,7 +18,9 @@ class Sinks(Effect):
 
     Between steps (sph.accretion) particles above the density become sinks where what is within the radius is bound
     and converges, and sinks accrete what comes within the radius and cannot escape, or keep its distance (Bate, Bonnell
-    & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. number: of sinks, at most.
+    & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. Two sinks within the radius
+    of each other that are bound become the older one (Bleuler & Teyssier 2014, MNRAS 445, 4015). number: of sinks that
+    ever form, at most.
     Checked by tests/physics/test_sinks.py.
     """
 
@@ -26,6 +28,7 @@ class Sinks(Effect):
     radius: Any
     softening: Any = 0.0
     number: Any = 16.0
+    merging: str = field(default="bound", metadata={"static": True})
 
     kind: ClassVar[str] = "sinks"
     external: ClassVar[bool] = True
@@ -65,12 +68,12 @@ class Sinks(Effect):
         return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses, xp.min(fluid.sound_speed)))
 
     def recorded(self, state):
-        """The sinks, one a row (NaN where there are fewer than the most), and what they have taken from the fluid."""
+        """The sinks, a row each by age (NaN before it forms and after it merges), and what they took from the fluid."""
         sinks, most = state.points[self.kind], int(self.number)
 
         def rows(array):
             padded = np.full((most, *array.shape[1:]), np.nan)
-            padded[: len(array)] = array
+            padded[sinks.identity] = array
             return padded
 
         return {
@@ -98,9 +101,13 @@ ENTRY = Entry(
         "density": positive("density", REQUIRED, "above which bound, converging matter becomes a sink"),
         "radius": positive("length", REQUIRED, "within which a sink accretes what is bound to it"),
         "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
-        "number": Option("dimensionless", 16.0, "of sinks, at most", minimum=1.0, maximum=1000.0),
+        "number": Option("dimensionless", 16.0, "of sinks that ever form, at most", minimum=1.0, maximum=1000.0),
+        "merging": choice(
+            "bound: two sinks within the radius of each other that are bound become one; never: all stay",
+            "bound", "never",
+        ),
     },
-    "particles", "Bate, Bonnell & Price 1995", made=Sinks, rank=11,
+    "particles", "Bate, Bonnell & Price 1995; Bleuler & Teyssier 2014", made=Sinks, rank=11,
     size=Measure(
         "central density over the sinks'", "all once the density is reached; the mass whose free fall ends before",
         "Bate, Bonnell & Price 1995", _size, ("central_density",), ("density",),

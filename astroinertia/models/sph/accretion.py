@@ -1,8 +1,9 @@
-"""Sinks at work: between steps, collapsing matter becomes a sink and sinks accrete what falls into them.
+"""Sinks at work: between steps, collapsing matter becomes a sink, sinks accrete what falls into them, and they merge.
 
-The tests are those of Bate, Bonnell & Price (1995, MNRAS 277, 362, section 2.2). Mass, momentum and angular momentum go
-from the fluid to the sinks, their spins included, to round-off; energy that is not found elsewhere afterwards is that
-within the sinks. Checked by tests/physics/test_sinks.py.
+The tests of matter are those of Bate, Bonnell & Price (1995, MNRAS 277, 362, section 2.2), that of two sinks is that
+of Bleuler & Teyssier (2014, MNRAS 445, 4015). Mass, momentum and angular momentum go from the fluid to the
+sinks, their spins included, to round-off; energy that is not found elsewhere afterwards is that within the sinks.
+Checked by tests/physics/test_sinks.py.
 """
 
 from collections.abc import Iterator
@@ -31,6 +32,7 @@ Array = Any
 INNER = 0.1  # of the radius: what is this near is accreted, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
 FEWEST = 8  # particles that still are a fluid
 ROWS = 256  # of particles whose distances to all others are held at a time
+POINT = "mass", "position", "velocity", "spin"  # of a sink, in the order of sinks.merged
 
 
 def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
@@ -40,12 +42,14 @@ def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
     groups = _accreted(state, sinks, effect)
     new = _new_sink(problem, state, sinks, effect)
     taken = np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
-    if not len(taken):
-        return state, arrangement
-    before = energy_budget(problem, state)["total"]
     grown = _grown(state, sinks, groups)
     if new is not None:
         grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
+    if effect.merging == "bound":
+        grown = united(grown, float(effect.radius))
+    if not len(taken) and len(grown.mass) == len(sinks.mass):
+        return state, arrangement
+    before = energy_budget(problem, state)["total"]
     state, lost = _without(problem, state, taken)
     state = replace(state, points={**state.points, "sinks": replace(grown, removed=sinks.removed + lost)})
     state, arrangement = rearranged(problem, state, np.float64(0.0))
@@ -73,6 +77,27 @@ def bound_to(sinks: Sinks, radius: float, position: Array, velocity: Array) -> A
         chosen = (falls | (distance < INNER * radius)) & (energy < least)
         best[chosen], least[chosen] = k, energy[chosen]
     return best
+
+
+def united(sinks: Sinks, radius: float) -> Sinks:
+    """Sinks of which two within the radius of each other that are bound have become the older one; the closest first.
+
+    Bound: w^2/2 < (M + M')/(d^2 + 2 s^2)^(1/2) at a relative velocity w.
+    """
+    x, v = (vector[:, None] - vector for vector in (sinks.position, sinks.velocity))
+    squared, mass = (x**2).sum(axis=-1), sinks.mass[:, None] + sinks.mass
+    depth = mass / np.sqrt(np.maximum(squared + 2.0 * sinks.softening**2, 1e-300))
+    meets = np.triu((squared < radius**2) & (0.5 * (v**2).sum(axis=-1) < depth), 1)
+    if not meets.any():
+        return sinks
+    pair = np.array(np.unravel_index(np.where(meets, squared, np.inf).argmin(), meets.shape))
+    older, younger = pair
+    fields = {name: getattr(sinks, name).copy() for name in POINT}
+    point = merged(*(array[pair] for array in fields.values()))
+    for name, value in zip(POINT, point, strict=True):
+        fields[name][older] = value
+    left = {name: np.delete(array, younger, axis=0) for name, array in fields.items()}
+    return united(replace(sinks, **left, identity=np.delete(sinks.identity, younger)), radius)
 
 
 def collapses(mass: Array, position: Array, velocity: Array, acceleration: Array, heat: Array) -> bool:
@@ -153,7 +178,7 @@ def _point(state: State, chosen: Array) -> tuple[Array, Array, Array, Array]:
 
 def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
     """Sinks with what they accrete."""
-    fields = {name: getattr(sinks, name).copy() for name in ("mass", "position", "velocity", "spin")}
+    fields = {name: getattr(sinks, name).copy() for name in POINT}
     for k, chosen in groups.items():
         mass, place, speed = (
             np.concatenate([fields[name][k : k + 1], getattr(state, name)[chosen]])
@@ -167,11 +192,10 @@ def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
 
 def _with(sinks: Sinks, point: tuple[Array, ...], most: int, time: float) -> Sinks:
     """One sink more."""
-    if len(sinks.mass) >= most:
+    if sinks.formed >= most:
         raise NumericalError(f"more than {most} sinks form: raise [effects.sinks] number", effect="sinks", time=time)
-    names = ("mass", "position", "velocity", "spin")
-    fields = {name: np.append(getattr(sinks, name), [value], axis=0) for name, value in zip(names, point, strict=True)}
-    return replace(sinks, **fields)
+    fields = {name: np.append(getattr(sinks, name), [value], axis=0) for name, value in zip(POINT, point, strict=True)}
+    return replace(sinks, **fields, identity=np.append(sinks.identity, sinks.formed), formed=sinks.formed + 1)
 
 
 def _without(problem: Problem, state: State, taken: Array) -> tuple[State, Any]:

@@ -15,13 +15,16 @@ Array = Any
 @pytree
 @dataclass(frozen=True)
 class Sinks(PointMasses):
-    """Point masses with a spin (n, 3), and what they have accreted together.
+    """Point masses with a spin (n, 3) and their identities (n,) by age, and what they have accreted together.
 
-    removed: what the fluid's moments have lost; inner_energy: of the heat, the motion and the mutual attraction of what
-    was accreted; particles: how many the fluid had at first.
+    formed: how many there ever were, of which some have become one with an older one. removed: what the fluid's moments
+    have lost; inner_energy: of the heat, the motion and the mutual attraction of what was accreted or has merged;
+    particles: how many the fluid had at first.
     """
 
     spin: Array
+    identity: Array
+    formed: Array
     removed: Removed
     inner_energy: Array
     particles: Array
@@ -36,6 +39,8 @@ def no_sinks(softening: float, particles: int) -> Sinks:
         velocity=nothing,
         softening=np.float64(softening),
         spin=nothing,
+        identity=np.zeros(0, np.int64),
+        formed=np.int64(0),
         removed=Removed(np.float64(0.0), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))),
         inner_energy=np.float64(0.0),
         particles=np.int64(particles),
