@@ -1,7 +1,8 @@
-"""Sinks of a particle fluid: none at first, and what a run does about them between its steps."""
+"""Sinks of a particle fluid: those that a scene begins with, and what a run does about them between its steps."""
 
 import importlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,33 @@ from astroinertia.units import CodeUnits
 STORED = ".points['sinks'].{}"  # their arrays in a checkpoint
 
 
-def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
-    """The sinks beside particles of those masses, none yet; nothing in a scene that does not list them."""
-    effect = _effect(problem.effects)
-    if effect is None:
-        return {}
+def beside(scene: Scene, units: CodeUnits, problem: Any, mass: np.ndarray) -> dict[str, Any]:
+    """The sinks that the scene begins with beside particles of those masses; nothing where it does not list them."""
+    found = none(scene, problem, mass)
+    count = len(scene.sinks)
+
+    def vectors(name: str) -> np.ndarray:
+        return np.array([getattr(sink, name) or (0.0, 0.0, 0.0) for sink in scene.sinks]).reshape(count, 3)
+
+    return {
+        kind: replace(
+            nothing,
+            mass=units.to_code(np.array([sink.mass for sink in scene.sinks]), "mass"),
+            position=units.to_code(vectors("position"), "length"),
+            velocity=units.to_code(vectors("velocity"), "velocity"),
+            spin=np.zeros((count, 3)),
+            identity=np.arange(count),
+            formed=np.int64(count),
+        )
+        for kind, nothing in found.items()
+    }
+
+
+def none(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
+    """No sinks beside particles of those masses yet; nothing in a scene that does not list them."""
     refuse(scene, problem.effects, float(mass.max()))
+    if (effect := _effect(problem.effects)) is None:
+        return {}
     # Only here: other scenes do without them.
     from astroinertia.models.sph.sinks import no_sinks
 
@@ -32,13 +54,15 @@ def beside(scene: Scene, problem: Any, mass: np.ndarray) -> dict[str, Any]:
 
 
 def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None:
-    """SceneError where the engine cannot drop particles, where something would move sinks as it moves the fluid, or
-    where particles at the density of new sinks would not fit into their radius.
+    """SceneError where the engine cannot drop particles, where something would move sinks as it moves the fluid, where
+    particles at the density of new sinks would not fit into their radius, or where there are no sinks at all.
 
     heaviest: the mass of the heaviest particle, in code units; None where it is not known before there are particles.
     """
     effect = _effect(effects)
     if effect is None:
+        if scene.sinks:
+            raise SceneError("[[sinks]] attract and accrete by [effects.sinks], which the scene does not list.")
         return
     listed = scene.where_listed("sinks")
     if scene.numerics.engine == "xla":
@@ -46,6 +70,14 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
     refuse_fields(scene, "sinks")
     if "companions" in scene.effects and (why := beside_sinks(scene.effects["companions"])):
         raise SceneError(f"{scene.where_listed('companions')} {why}.")
+    if scene.sinks and "companions" in scene.effects:
+        raise SceneError("[[sinks]] and [[companions]] have places of their own: list all points as [[sinks]].")
+    if len(scene.sinks) > int(effect.number):
+        raise SceneError(f"{listed} number must be at least that of [[sinks]], {len(scene.sinks)}.")
+    if effect.density is None:
+        if not scene.sinks:
+            raise SceneError(f"{listed} needs a density, above which sinks form, or [[sinks]] that are there.")
+        return
     length = next((each.fixed_length for each in effects if each.fixed_length is not None), None)
     far = "with that softening of gravity"
     if length is None:
@@ -62,10 +94,8 @@ def refuse(scene: Scene, effects: Sequence[Any], heaviest: float | None) -> None
 
 def refuse_before_particles(scene: Scene, units: CodeUnits, effects: Sequence[Any]) -> None:
     """The same, as far as it is known before there are particles: those of a sphere or star have one mass."""
-    if _effect(effects) is None:
-        return
-    known = [mass for alone in scene.alone() if (mass := _heaviest(alone, units)) is not None]
-    refuse(scene, effects, max(known, default=None))
+    known = [_heaviest(alone, units) for alone in scene.alone()] if _effect(effects) is not None else []
+    refuse(scene, effects, max((mass for mass in known if mass is not None), default=None))
 
 
 def _heaviest(scene: Scene, units: CodeUnits) -> float | None:

@@ -45,7 +45,7 @@ def evolution(scene: Scene, units: CodeUnits) -> Particles:
     body = together(bodies)
     problem, _ = problem_of(scene, units, len(body.mass))  # only now it is known how many there are in a table
     points, body = companions.beside(scene, units, problem, body)
-    points |= sinks.beside(scene, problem, body.mass)
+    points |= sinks.beside(scene, units, problem, body.mass)
     return _begun(scene, units, problem, **vars(body), points=points)
 
 
@@ -118,7 +118,7 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
     bare = replace(problem, engine=_bare(problem.engine))
-    points |= sinks.beside(scene, problem, arrays[".mass"])
+    points |= sinks.none(scene, problem, arrays[".mass"])
     several = len(getattr(problem.equation_of_state, "names", ())) > 1
     like, _ = initial_state(
         bare, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,

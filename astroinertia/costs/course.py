@@ -108,7 +108,7 @@ def _limits(scene: Scene, end: float) -> tuple[Limits | None, np.ndarray | float
 
         found = planet(scene) if {"gravity", "pressure"} <= set(scene.effects) else None
         return (None if found is None else limits(scene, [replace(found, time=time) for time in (0.0, end)])), 1.0
-    start = at_start(scene)
+    start = None if scene.sinks else at_start(scene)  # what falls onto a star or goes round it is in no picture here
     if start is None:
         return None, 1.0
     course = similar(scene, start, end)
@@ -255,7 +255,8 @@ def at_start(scene: Scene) -> Shells | None:
     pieces = tuple((float(units.to_code(beyond, "density")), exponent) for beyond, exponent in stiffer)
     sinks, sink = scene.effects.get("sinks"), None
     if sinks is not None:
-        sink = float(units.to_code(sinks["density"], "density")), float(units.to_code(sinks["radius"], "length"))
+        forms = math.inf if sinks["density"] is None else float(units.to_code(sinks["density"], "density"))
+        sink = forms, float(units.to_code(sinks["radius"], "length"))
     weight = 1.0 if "gravity" in scene.effects else 0.0
     if any(scene.entries[kind].added_weight for kind in scene.effects):
         weight *= 1.0 + characteristic(scene).added_weight

@@ -1,7 +1,7 @@
 """How far a run is from the converged answer of its problem, where one is known: `data/references.toml`.
 
-A run is recognised by the physics of its scene: bodies, matter, effects, companions and box. Numerical devices and
-choices, such as the number of particles, the kernel, steps, seed, end and outputs, are what the distance is about.
+A run is recognised by the physics of its scene: bodies, matter, effects, companions, sinks and box. Numerical devices
+and choices, such as the number of particles, the kernel, steps, seed, end and outputs, are what the distance is about.
 Tests: tests/unit/dataset/test_converged.py.
 """
 
@@ -70,6 +70,7 @@ def physics(scene: Scene) -> dict[str, Any]:
         "orbit": _dumped(scene.orbit),
         "matter": _dumped(scene.equation_of_state),
         "companions": [_dumped(companion) for companion in scene.companions],
+        "sinks": [_dumped(sink) for sink in scene.sinks],
         "box": _dumped(scene.box),
         "effects": {
             kind: {name: value for name, value in options.items() if name not in _SUMMING}

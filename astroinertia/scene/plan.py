@@ -144,6 +144,8 @@ def plan(scene: Scene) -> Plan:
         sections["regions"] = [*region_descriptions(scene).items()]
     if scene.companions or scene.orbits.archive is not None:
         sections["companions"] = _companions(scene)
+    if scene.sinks:
+        sections["sinks"] = [sink.plan_line(scene.shown) for sink in scene.sinks]
     if scene.box is not None:
         sections["box"] = [scene.box.plan_line(scene.shown)]
     sections |= {"model and numerics": _numerics(scene), "time and output": _time(scene)}

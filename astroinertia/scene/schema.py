@@ -24,6 +24,7 @@ from astroinertia.scene.fluids import OwnFluid, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
+from astroinertia.scene.sinks import MOST_SINKS, Sink
 from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.sph.kernels import KERNELS, rising_neighbours
 from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, si_unit
@@ -223,6 +224,9 @@ class Scene(Part, metaclass=_Called):
         default=(), description="other bodies, as point masses on orbits"
     )
     orbits: Orbits = Field(default_factory=Orbits)
+    sinks: Annotated[tuple[Sink, ...], BeforeValidator(as_tuple), Field(max_length=MOST_SINKS)] = Field(
+        default=(), description="sinks that are there from the start (model sph, with the effect sinks)"
+    )
     box: Box | None = Field(default=None, description="a periodic box (model sph)")
     effects: dict[str, dict[str, Any]] = Field(description="kind of each effect called for, with all its options")
     candidates: dict[str, dict[str, Any]] = Field(
@@ -398,6 +402,8 @@ class Scene(Part, metaclass=_Called):
                 raise ValueError(f"[[bodies]] are for the model sph; {self.model} has one [body].")
             if moved:
                 raise ValueError(f"[body] position and velocity are for the model sph, not for {self.model}.")
+            if self.sinks:
+                raise ValueError(f"[[sinks]] are for the model sph, not for {self.model}.")
         if self.orbit is None:
             return
         if len(self.bodies) != 2 or any(body.mass is None for body in self.bodies):

@@ -20,12 +20,12 @@ class Sinks(Effect):
     and converges, and sinks accrete what comes within the radius and cannot escape, or keep its distance (Bate, Bonnell
     & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. Two sinks within the radius
     of each other that are bound become the older one (Bleuler & Teyssier 2014, MNRAS 445, 4015). number: of sinks that
-    ever form, at most.
+    there ever are, at most, with those of the scene's [[sinks]].
     Checked by tests/physics/test_sinks.py.
     """
 
-    density: Any
     radius: Any
+    density: Any = None
     softening: Any = 0.0
     number: Any = 16.0
     merging: str = field(default="bound", metadata={"static": True})
@@ -98,10 +98,12 @@ def _size(body: Characteristic, options: Options) -> Found:
 ENTRY = Entry(
     "point masses that take the place of collapsing matter, and accrete what falls into them",
     {
-        "density": positive("density", REQUIRED, "above which bound, converging matter becomes a sink"),
         "radius": positive("length", REQUIRED, "within which a sink accretes what is bound to it"),
+        "density": positive(
+            "density", None, "above which bound, converging matter becomes a sink; none does without it"
+        ),
         "softening": not_negative("length", 0.0, "Plummer softening of the sinks"),
-        "number": Option("dimensionless", 16.0, "of sinks that ever form, at most", minimum=1.0, maximum=1000.0),
+        "number": Option("dimensionless", 16.0, "of sinks that there ever are, at most", minimum=1.0, maximum=1000.0),
         "merging": choice(
             "bound: two sinks within the radius of each other that are bound become one; never: all stay",
             "bound", "never",

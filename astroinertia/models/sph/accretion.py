@@ -151,6 +151,8 @@ def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
 
 def _new_sink(problem: Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
     """The particles that become a sink: those within the radius of a peak of density, the densest that collapses."""
+    if effect.density is None:
+        return None
     fluid = state.rates.fluid
     dense = np.flatnonzero(fluid.density > effect.density)
     if not len(dense):
@@ -193,7 +195,9 @@ def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
 def _with(sinks: Sinks, point: tuple[Array, ...], most: int, time: float) -> Sinks:
     """One sink more."""
     if sinks.formed >= most:
-        raise NumericalError(f"more than {most} sinks form: raise [effects.sinks] number", effect="sinks", time=time)
+        raise NumericalError(
+            f"there are more than {most} sinks: raise [effects.sinks] number", effect="sinks", time=time
+        )
     fields = {name: np.append(getattr(sinks, name), [value], axis=0) for name, value in zip(POINT, point, strict=True)}
     return replace(sinks, **fields, identity=np.append(sinks.identity, sinks.formed), formed=sinks.formed + 1)
 

@@ -1,12 +1,14 @@
 """What cannot be beside sinks, or beside companions that move freely, is refused before anything is prepared."""
 
+import re
+
 import pytest
 
 from astroinertia.build import sph
 from astroinertia.build.assemble import refuse_contradictions
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
-from astroinertia.scene.plan import code_units
+from astroinertia.scene.plan import code_units, plan
 
 CLOUD = """name = "cloud"
 units = "code"
@@ -26,6 +28,7 @@ end = 1.0
 """
 SINKS = "[effects.sinks]\ndensity = 10.0\nradius = 0.6\n"
 MOON = '[[companions]]\nname = "moon"\nmass = 0.1\nsemi_major_axis = 8.0\n'
+STARS = "[[sinks]]\nmass = 1.0\n[[sinks]]\nmass = 0.5\nposition = [2.0, 0.0, 0.0]\nvelocity = [0.0, 1.0, 0.0]\n"
 LIVE = '[effects.companions]\nmotion = "live"\n' + MOON
 FRAME = "[effects.rotating_frame]\nrate = 0.1\n"
 TIDE = "[effects.tide]\nmass = 1.0\nposition = [9.0, 0.0, 0.0]\n"
@@ -42,6 +45,10 @@ FIELD = "[effects.external_field]\nuniform = [0.0, 0.0, 1.0]\n"
         (SINKS + WAVES, "radiation_reaction. acts on the fluid alone, so it cannot be listed with sinks"),
         (SINKS + '[numerics]\nengine = "xla"\n', "needs the engine numba_cpu"),
         (SINKS + "[effects.companions]\n" + MOON, 'only if their motion is "live"'),
+        (SINKS.replace("density = 10.0", ""), r"sinks. needs a density, above which sinks form, or \[\[sinks"),
+        (STARS, r"\[\[sinks\]\] attract and accrete by \[effects.sinks\], which the scene does not list"),
+        (SINKS + STARS + LIVE, "list all points as"),
+        (SINKS + "number = 1\n" + STARS, "number must be at least that of .*, 2"),
         (SINKS.replace("0.6", "0.06"), "radius must be at least .* times as large"),
         (TIDE + LIVE, "tide. acts on the fluid alone, so it cannot be listed with live companions"),
         (FIELD + LIVE, "external_field. acts on the fluid alone, so it cannot be listed with live companions"),
@@ -60,9 +67,28 @@ def test_what_a_run_would_refuse_is_refused_before_it_in_the_same_words(further:
         assert str(before.value) == str(later.value)
 
 
-@pytest.mark.parametrize("further", [SINKS, LIVE, SINKS + LIVE])
+@pytest.mark.parametrize("further", [SINKS, LIVE, SINKS + LIVE, SINKS.replace("density = 10.0", "") + STARS])
 def test_what_can_be_is_not(further: str) -> None:
     refuse_contradictions(loads(CLOUD + further))
+
+
+def test_sinks_of_a_scene_are_there_from_the_start_in_its_units() -> None:
+    """In code units of the body's mass and radius, with the identities that come first."""
+    text = CLOUD.replace('units = "code"\n', "").replace("specific_internal_energy = 0.05", "")
+    text = text.replace("mass = 1.0", 'mass = "2 Msun"').replace("radius = 1.0", 'radius = "4 au"')
+    text = text.replace("end = 1.0", 'end = "1 yr"') + '[effects.sinks]\nradius = "1 au"\n'
+    text += '[[sinks]]\nmass = "1 Msun"\n[[sinks]]\nmass = "3 Msun"\nposition = ["0 au", "2 au", "0 au"]\n'
+    scene = loads(text + 'velocity = ["-1 km/s", "0 km/s", "0 km/s"]\n')
+    units = code_units(scene)
+    sinks = sph.evolution(scene, units).state.points["sinks"]
+    assert sinks.mass == pytest.approx([0.5, 1.5])
+    assert sinks.position.tolist() == [[0.0, 0.0, 0.0], [0.0, pytest.approx(0.5), 0.0]]
+    assert sinks.velocity[1, 0] * units.to_si(1.0, "velocity") == pytest.approx(-1e3)
+    assert sinks.identity.tolist() == [0, 1]
+    assert sinks.formed == 2
+    assert re.search(r"mass: 5.9652\d*e\+30 kg \(at \(0 m, 2.99\d+e\+11 m, 0 m\)\)", plan(scene).text())
+    with pytest.raises(SceneError, match="are for the model sph, not for ellipsoid"):
+        loads(CLOUD + STARS, ["model=ellipsoid"])
 
 
 def test_kernels_of_a_fixed_softening_reach_as_far_as_it_says_at_any_density() -> None:

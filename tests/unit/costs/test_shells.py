@@ -171,6 +171,8 @@ def test_a_sink_takes_the_shells_that_come_near_and_their_attraction_stays():
 
 def test_nothing_is_known_where_a_sink_takes_all():
     assert course.counted(load.load_file(SIMS / "collapse_to_sink.toml", ["effects.sinks.radius=1e30"])) is None
+    # A star that is there from the start makes what falls onto it go round it.
+    assert course.counted(load.load_file(SIMS / "collapse_to_sink.toml", ["sinks=[{mass=1.0}]"])) is None
 
 
 def moment(speed, sound=1.0):

@@ -1,0 +1,119 @@
+"""Sinks that a scene has from the start: known orbits, discs that turn as Kepler says, Bondi's rate of accretion."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson
+from scipy.optimize import brentq
+
+from astroinertia.build.assemble import prepare
+from astroinertia.models.sph.evolution import Particles
+from astroinertia.scene import load
+from tests.evolve import reached
+
+pytestmark = pytest.mark.usefixtures("steps_differ")
+
+GAS = """
+name = "placed"
+units = "code"
+[body]
+kind = "table"
+file = "gas.csv"
+PLACE
+[equation_of_state]
+kind = "isothermal"
+sound_speed = SOUND
+[effects.pressure]
+[effects.viscosity]
+[time]
+end = 100.0
+"""
+LIGHT = 1e-8  # of all gas: it hardly pulls at the sinks
+
+
+def beside(folder: Path, gas: np.ndarray, sinks: str, *settings: str, sound: float, place: str = "") -> Particles:
+    """Light gas at rows (N, 6) of positions and velocities, beside sinks."""
+    mass = np.full((len(gas), 1), LIGHT / len(gas))
+    head = "mass,x,y,z,vx,vy,vz"
+    np.savetxt(folder / "gas.csv", np.hstack([mass, gas]), delimiter=",", header=head, comments="", fmt="%.17g")
+    text = GAS.replace("PLACE", place).replace("SOUND", str(sound)) + sinks
+    return prepare(load.loads(text, settings, str(folder))).evolution
+
+
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_two_sinks_go_round_each_other_as_kepler_says(timesteps: str, tmp_path: Path) -> None:
+    """Masses 3 and 1 on an ellipse of eccentricity 0.4 and semi-major axis 1: back after a turn, half way before."""
+    eccentricity, period = 0.4, np.pi
+    apart, speed = 1.0 + eccentricity, np.sqrt(4.0 * (1.0 - eccentricity) / (1.0 + eccentricity))
+    sinks = "[effects.sinks]\nradius = 0.2\n"
+    for mass, share in ((3.0, 0.25), (1.0, -0.75)):
+        sinks += f"[[sinks]]\nmass = {mass}\nposition = [{share * apart}, 0, 0]\nvelocity = [0, {share * speed}, 0]\n"
+    far = np.hstack([np.random.default_rng(1).normal(size=(20, 3)), np.zeros((20, 3))]) + [60.0, 0, 0, 0, 0, 0]
+    body = beside(tmp_path, far, sinks, f"numerics.timesteps={timesteps}", sound=0.01)
+    first, half = reached(body, 0.5 * period)
+    near = (1.0 - eccentricity) / apart
+    np.testing.assert_allclose(half["sink_position"][:2], -near * first["sink_position"][:2], atol=4e-3)
+    _, last = reached(body, period)
+    np.testing.assert_allclose(last["sink_position"][:2], first["sink_position"][:2], atol=8e-3)
+    turning = np.linalg.norm(first["system_angular_momentum"])
+    assert np.abs(last["system_angular_momentum"] - first["system_angular_momentum"]).max() <= 1e-13 * turning
+
+
+def test_a_disc_about_a_star_keeps_turning_as_kepler_says(tmp_path: Path) -> None:
+    """A cold disc at 1 to 2 about a star that moves goes along, and turns as fast to 1 % after a turn and a half."""
+    random = np.random.default_rng(3)
+    radius = np.sqrt(np.linspace(1.0, 4.0, 1200))
+    angle = np.pi * (1.0 + 5.0**0.5) * np.arange(1200)
+    gas = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.05 * random.normal(size=1200)], axis=1)
+    speed = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1) / np.sqrt(radius)[:, None]
+    star = "[effects.sinks]\nradius = 0.4\n[[sinks]]\nmass = 1.0\nposition = [5, 0, 0]\nvelocity = [0, 0.3, 0]\n"
+    body = beside(
+        tmp_path, np.hstack([gas, speed]), star, "numerics.timesteps=individual", sound=0.02,
+        place="position = [5.0, 0.0, 0.0]\nvelocity = [0.0, 0.3, 0.0]",
+    )  # fmt: skip
+    _, last = reached(body, 3.0 * np.pi)
+    np.testing.assert_allclose(last["sink_position"][0], [5.0, 0.9 * np.pi, 0.0], atol=1e-6)
+    assert last["accreted_mass"] == 0.0
+    x, v = body.state.position - last["sink_position"][0], body.state.velocity - last["sink_velocity"][0]
+    away, moment = np.hypot(x[:, 0], x[:, 1]), x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]
+    inner = (away > 1.1) & (away < 1.9)
+    order = np.argsort(away[inner])
+    rings = (moment / np.sqrt(away))[inner][order]
+    means = [ring.mean() for ring in np.array_split(rings, 8)]
+    np.testing.assert_allclose(means, 1.0, atol=0.01)
+    assert last["ledger_closure"] <= 1e-12
+
+
+def test_a_star_accretes_isothermal_gas_at_bondis_rate(tmp_path: Path) -> None:
+    """The steady flow onto a star, cut off at two Bondi radii, goes on at 4 pi lambda rho (G M)^2/c^3, within 10 %.
+
+    Bondi (1952, MNRAS 112, 195): lambda = e^1.5/4, and v^2/2 - ln v - 2 ln r - 1/r the same everywhere, where c = G M =
+    1; faster than sound within 1/2.
+    """
+    sink, edge, count, strength = 0.25, 2.0, 4000, np.exp(1.5) / 4.0
+
+    def speed(radius: float) -> float:
+        def balance(v: float) -> float:
+            return 0.5 * v**2 - np.log(v) - 2.0 * np.log(radius) - 1.0 / radius + 1.5 + 2.0 * np.log(0.5)
+
+        return brentq(balance, 1.0, 9.0) if radius < 0.5 else brentq(balance, 1e-6, 1.0)
+
+    radii = np.linspace(sink, edge, 2001)
+    speeds = np.array([speed(radius) for radius in radii])
+    within = cumulative_simpson(4.0 * np.pi * strength / speeds, x=radii, initial=0.0)  # rho r^2 = lambda/v
+    lattice = np.stack(np.meshgrid(*3 * [np.arange(-12.0, 13.0)]), axis=-1).reshape(-1, 3)
+    lattice = np.concatenate([lattice + half for half in ([0, 0, 0], [0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0.5, 0.5])])
+    lattice += [0.13, 0.27, 0.41]
+    lattice = lattice[np.argsort((lattice**2).sum(axis=1))[:count]]
+    distance = np.sqrt((lattice**2).sum(axis=1))
+    toward = lattice / distance[:, None]
+    place = np.interp((distance / distance.max()) ** 3 * within[-1], within, radii)
+    gas = np.hstack([place[:, None] * toward, -np.interp(place, radii, speeds)[:, None] * toward])
+    star = f"[effects.sinks]\nradius = {sink}\n[[sinks]]\nmass = 1.0\n"
+    body = beside(tmp_path, gas, star, "numerics.timesteps=individual", sound=1.0)
+    last: Any = reached(body, 0.5)[-1]
+    rate = last["accreted_mass"] / 0.5 * within[-1] / LIGHT
+    assert rate == pytest.approx(4.0 * np.pi * strength, rel=0.1)
+    assert last["ledger_closure"] <= 1e-12
