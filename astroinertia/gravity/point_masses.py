@@ -6,7 +6,7 @@ summed from the same products, so that momentum and angular momentum of both tog
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from astroinertia.engines.pytree import pytree
 
@@ -21,8 +21,10 @@ UNNOTICED = 1e-3  # of the speed of sound: a pass that changes a velocity by les
 class PointMasses:
     """Point masses that move with a fluid by the same kicks and drifts: mass (n,), and (n, 3) in an inertial frame.
 
-    softening is their own.
+    softening is their own. of_body: whether they are part of the body that the fluid is, as stars amid their gas are.
     """
+
+    of_body: ClassVar[bool] = False
 
     mass: Array
     position: Array

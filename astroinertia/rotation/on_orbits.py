@@ -1,7 +1,7 @@
 """Companions of a particle fluid that keep to the orbits of point masses, whatever the fluid does."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.rotation.ephemeris import Ephemeris
@@ -17,6 +17,8 @@ class OnOrbits:
     Places are relative to the body of mass body_mass, a point to the orbits; or, with `inertial`, to the centre of mass
     of all, at rest. Tests: tests/physics/test_companions.py.
     """
+
+    of_body: ClassVar[bool] = False
 
     orbits: Ephemeris
     body_mass: Array

@@ -53,6 +53,19 @@ class Fluid:
         return [group for group in self.points.values() if hasattr(group, "mass")]
 
     @property
+    def with_points(self) -> Whole:
+        """The whole body and the point masses that are part of it."""
+        mass = self.mass.sum() if self.body is None else self.body.mass
+        centre, velocity = self.centre, self.centre_velocity
+        for group in self.point_masses:
+            if group.of_body:
+                total = mass + group.mass.sum()
+                centre = (mass * centre + group.mass @ group.position) / total
+                velocity = (mass * velocity + group.mass @ group.velocity) / total
+                mass = total
+        return Whole(mass, centre, velocity)
+
+    @property
     def centre(self) -> Array:
         """Centre of mass of the whole body, (3,)."""
         return (self.mass @ self.position) / self.mass.sum() if self.body is None else self.body.centre

@@ -48,7 +48,8 @@ class Cooling(Effect):
     as the free-fall time does, and A = A_0 (1 - 3 t/(2 time_scale))^(2/3).
     law "power_law": tau = time_scale (rho/rho_0)^-a (u/u_0)^(1-b), with rho_0 and u_0 the references, so that
     du/dt ~ rho^a u^b: a = 1, b = 1/2 is thermal bremsstrahlung (Rybicki & Lightman 1979, eq. 5.15b).
-    law "beta": tau = beta/Omega (Gammie 2001, ApJ 553, 174), Omega that of the matter about the centre of mass.
+    law "beta": tau = beta/Omega (Gammie 2001, ApJ 553, 174), Omega that of the matter about the centre of mass of
+    fluid and sinks.
     Linear laws are integrated exactly over a step; limit "none" lets steps be longer than tau.
     """
 
@@ -95,8 +96,9 @@ class Cooling(Effect):
         """1/tau, (N,)."""
         none = xp.zeros_like(fluid.density)
         if self.law == "beta":
-            spin = elementwise(xp, turning, fluid.position - fluid.centre, fluid.velocity - fluid.centre_velocity)[0]
-            return spin / self.beta
+            whole = fluid.with_points
+            about = fluid.position - whole.centre, fluid.velocity - whole.velocity
+            return elementwise(xp, turning, *about)[0] / self.beta
         if self.time_scale is None:
             return none
         if self.law == "power_law":
@@ -163,7 +165,8 @@ ENTRY = Entry(
     {
         "law": choice(
             "du/dt = -u/tau of the thermal energy u: time_scale has one tau everywhere, so that a star contracts "
-            "homologously; power_law has du/dt ~ rho^a u^b; beta has tau = beta/Omega, of the local rotation",
+            "homologously; power_law has du/dt ~ rho^a u^b; beta has tau = beta/Omega, of the local rotation about the "
+            "centre of mass of fluid and sinks",
             "time_scale", "power_law", "beta",
         ),
         "time_scale": positive("time", None, "tau at time 0; of power_law, at the reference density and energy"),

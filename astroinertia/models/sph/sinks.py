@@ -1,7 +1,7 @@
 """Sinks: point masses beside a fluid that have accreted some of it."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,6 +21,8 @@ class Sinks(PointMasses):
     have lost; inner_energy: of the heat, the motion and the mutual attraction of what was accreted or has merged;
     particles: how many the fluid had at first.
     """
+
+    of_body: ClassVar[bool] = True
 
     spin: Array
     identity: Array

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 
 from astroinertia.effects import catalogue
 from astroinertia.errors import SceneError
+from astroinertia.gravity.point_masses import PointMasses
+from astroinertia.models.sph.sinks import no_sinks
 from astroinertia.models.sph.step import step
 from tests.ball import ball, state_of
 from tests.evolve import prepared
@@ -96,6 +99,24 @@ def test_beta_cooling_goes_with_the_local_rotation() -> None:
     turned = np.linalg.norm(np.cross(about, relative), axis=1) / (about**2).sum(axis=1)
     assert np.allclose(decay, turned[first.identity] / 4.0, rtol=1e-13)
     assert not gain.any()
+
+
+def test_beta_cooling_beside_a_star_goes_with_the_rotation_about_it_and_the_fluid() -> None:
+    """Omega is about the centre of mass of fluid and sinks; companions are other bodies, and change nothing."""
+    effect = catalogue.build("cooling", {"law": "beta", "beta": 4.0})
+    _, first, _ = state_of(effect, position=POSITION, velocity=np.cross([0.0, 0.0, 1.0], POSITION))
+    fluid = first.rates.fluid
+    place, speed, mass = np.array([[0.3, -0.2, 0.1]]), np.array([[0.0, 0.5, 0.2]]), np.array([2.0])
+    star = replace(no_sinks(0.0, 60), mass=mass, position=place, velocity=speed)
+    other = PointMasses(np.array([50.0]), place + 9.0, speed, 0.0)
+    _, decay = effect.exchange(np, replace(fluid, points={"sinks": star, "companions": other}))
+    total = fluid.mass.sum() + 2.0
+    x = fluid.position - (fluid.mass @ fluid.position + 2.0 * place[0]) / total
+    v = fluid.velocity - (fluid.mass @ fluid.velocity + 2.0 * speed[0]) / total
+    assert np.allclose(decay, np.linalg.norm(np.cross(x, v), axis=1) / (x**2).sum(axis=1) / 4.0, rtol=1e-13)
+    _, before = effect.exchange(np, replace(fluid, points={"companions": other}))
+    assert np.array_equal(before, effect.exchange(np, fluid)[1])
+    assert np.abs(decay - before).max() > 0.1 * before.max()
 
 
 def test_heating_and_cooling_come_to_their_equilibrium_in_one_step() -> None:
