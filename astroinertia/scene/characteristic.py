@@ -39,6 +39,7 @@ def characteristic(scene: Scene) -> Characteristic:
         "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
         "homologous": body.homologous,
+        "stars": _stars(scene),
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body)
         + (body.expansion(body.mass, body.radius, scene.gravitational_constant) if body.homologous else 0.0),
@@ -60,6 +61,12 @@ def characteristic(scene: Scene) -> Characteristic:
         numbers |= _several(scene)
     found = Characteristic(**numbers)
     return replace(found, added_weight=_added_weight(scene, found))
+
+
+def _stars(scene: Scene) -> tuple[tuple[float, float], ...]:
+    origin = (0.0, 0.0, 0.0)
+    centre = scene.body.position or origin
+    return tuple((sink.mass, math.dist(sink.position or origin, centre)) for sink in scene.sinks)
 
 
 def _added_weight(scene: Scene, body: Characteristic) -> float:

@@ -6,9 +6,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, Options, pytree, within_all
+from astroinertia.effects.characteristic import tidal_parameter
+from astroinertia.effects.measure import tidal_change
+from astroinertia.effects.one_zone import difference
 from astroinertia.effects.passes import time_beside
 from astroinertia.gravity.point_masses import attraction, potential_energy, reaction, virial
 from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
+
+IN_THE_MIDDLE = 2.5  # |W| of a uniform sphere and as much mass in its middle, over that of the sphere: 3/2 over 3/5
 
 
 @pytree
@@ -90,9 +95,33 @@ class Sinks(Effect):
         }
 
 
+def _added_weight(body: Characteristic, options: Options) -> float | None:
+    if not body.mass or not body.radius:
+        return None
+    return IN_THE_MIDDLE * sum(mass for mass, distance in body.stars if distance < body.radius) / body.mass
+
+
 def _size(body: Characteristic, options: Options) -> Found:
-    dense = (body.central_density or 0.0) / options["density"]
-    return dense, 1.0 if dense >= 1.0 else within_all(body.falling)
+    assert body.mass is not None and body.radius is not None
+    forms = options["density"] is not None
+    number = (body.central_density or 0.0) / options["density"] if forms else 0.0
+    change = 1.0 if number >= 1.0 else within_all(body.falling) if forms else 0.0
+    if body.stars:
+        number = sum(mass for mass, _ in body.stars) / body.mass
+        far = [tidal_parameter(body, *star) for star in body.stars if star[1] >= body.radius]
+        change = max(change, _held(body, options), *(tidal_change(body, parameter) for parameter in far))
+    return number, change
+
+
+def _held(body: Characteristic, options: Options) -> float:
+    """What the pull of sinks within the body changes."""
+    zone, added = body.zone, _added_weight(body, options)
+    if not added:
+        return 0.0
+    if zone is None:
+        return 1.0
+    assert body.gravitational is not None and body.second_moment is not None
+    return difference(zone, body.end, weight=zone.weight + added * body.gravitational / body.second_moment)
 
 
 ENTRY = Entry(
@@ -111,7 +140,10 @@ ENTRY = Entry(
     },
     "particles", "Bate, Bonnell & Price 1995; Bleuler & Teyssier 2014", made=Sinks, rank=11,
     size=Measure(
-        "central density over the sinks'", "all once the density is reached; the mass whose free fall ends before",
-        "Bate, Bonnell & Price 1995", _size, ("central_density",), ("density",),
+        "mass of the sinks that are there over the body's; of others, central density over theirs",
+        "I of one zone by the virial theorem, with the pull of those within; as a tide, of those outside; all once the "
+        "density is reached; the mass whose free fall ends before",
+        "Chandrasekhar 1969, section 14; Bate, Bonnell & Price 1995", _size, ("mass", "radius"), ("radius",),
     ),
+    added_weight=_added_weight,
 )  # fmt: skip
