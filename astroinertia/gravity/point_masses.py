@@ -107,6 +107,15 @@ def potential_energy(
     return total
 
 
+def specific_potential(xp: Any, position: Array, mass: Array, place: Array, softening_squared: Array) -> Array:
+    """-sum M/(d^2 + s^2)^(1/2) at positions (N, 3) of points (n,), (n, 3): (N,)."""
+    total = xp.zeros(position.shape[0])
+    for k in range(mass.shape[0]):
+        root = xp.sqrt(xp.sum((position - place[k]) ** 2, axis=1) + softening_squared)
+        total = total - mass[k] / xp.where(root > 0.0, root, 1.0)
+    return total
+
+
 def virial(
     xp: Any, weight: Array, position: Array, centre: Array, mass: Array, place: Array, softening_squared: Array
 ) -> Array:

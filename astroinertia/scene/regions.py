@@ -20,7 +20,8 @@ class Region(Part):
     density_above: Density | None = Field(default=None, description="what is at least this dense")
     bound: bool = Field(
         default=False,
-        description="true: what its own gravity binds, in the frame of its centre (Springel et al. 2001)",
+        description="true: what its own gravity binds, and that of sinks, in the frame of its centre (Springel et al. "
+        "2001)",
     )
     centre: Literal["densest", "centre_of_mass"] = Field(
         default="densest",

@@ -96,6 +96,29 @@ def test_a_disc_about_a_star_keeps_turning_as_kepler_says(tmp_path: Path) -> Non
     assert last["ledger_closure"] <= 1e-12
 
 
+def test_what_two_stars_bind_is_a_region(tmp_path: Path) -> None:
+    """Light gas about a binary that moves: bound is what has v^2/2 < sum M/d in the frame of the stars."""
+    random = np.random.default_rng(5)
+    gas = np.hstack([random.normal(size=(200, 3)), 0.7 * random.normal(size=(200, 3))])
+    gas[:60, 3:] = [0.0, 40.0, 0.0]  # much that flies off: it is not what the rest is judged by
+    sinks = "[effects.gravity]\n[regions.disc]\nbound = true\n[effects.sinks]\nradius = 0.01\nsoftening = 0.1\n"
+    for mass, place, speed in ((0.6, -0.2, -0.4), (0.4, 0.3, 0.6)):
+        sinks += f"[[sinks]]\nmass = {mass}\nposition = [{place}, 0, 0]\nvelocity = [3, {speed}, 0]\n"
+    body = beside(tmp_path, gas + [0.0, 0.0, 0.0, 3.0, 0.0, 0.0], sinks, fluid=isothermal(0.1))
+    depth = sum(
+        mass / np.sqrt(((gas[:, :3] - [place, 0.0, 0.0]) ** 2).sum(axis=1) + 0.01)
+        for mass, place in ((0.6, -0.2), (0.4, 0.3))
+    )
+    is_bound = 0.5 * (gas[:, 3:] ** 2).sum(axis=1) < depth
+    assert 40 < is_bound.sum() < 140
+    record = body.record(None)
+    assert record["region_particles"][0] == is_bound.sum()
+    assert record["region_mass"][0] == pytest.approx(LIGHT * is_bound.mean(), rel=1e-12)
+    found = np.zeros(200)
+    found[body.state.identity] = body.state.memory["region.disc"]
+    assert np.array_equal(found, is_bound)
+
+
 def test_a_star_accretes_isothermal_gas_at_bondis_rate(tmp_path: Path) -> None:
     """The steady flow onto a star, cut off at two Bondi radii, goes on at 4 pi lambda rho (G M)^2/c^3, within 10 %.
 

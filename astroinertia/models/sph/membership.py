@@ -12,6 +12,8 @@ DEEPEST = 0.1  # of the particles: those whose velocity what is bound is at firs
 MOST_ROUNDS = 50  # of taking away what is not bound; each takes away some
 
 Potential = Callable[[np.ndarray], np.ndarray]
+Points = tuple[np.ndarray, np.ndarray]
+NO_POINTS: Points = (np.zeros(0), np.zeros((0, 3)))
 
 
 def densest_point(mass: np.ndarray, position: np.ndarray, density: np.ndarray) -> np.ndarray:
@@ -45,12 +47,14 @@ def dense(density: np.ndarray, least: float) -> np.ndarray:
 
 
 def bound(
-    mass: np.ndarray, velocity: np.ndarray, energy: np.ndarray | float, potential: Potential, of_all: np.ndarray
-) -> np.ndarray:
+    mass: np.ndarray, velocity: np.ndarray, energy: np.ndarray | float, potential: Potential, of_all: np.ndarray,
+    points: Points = NO_POINTS,
+) -> np.ndarray:  # fmt: skip
     """What is bound to itself: |v - u|^2 / 2 + energy + phi < 0, with u and phi of what is bound, found in rounds.
 
     energy (N,): further specific energy, such as the internal one; potential(chosen) is phi, (n,), of the particles
-    `chosen` (n,) by themselves, of_all (N,) that of all. Each round takes away what is not bound to the rest, as
+    `chosen` (n,) by themselves, of_all (N,) that of all. points: masses (n,) and velocities (n, 3) of what is bound in
+    any case, whose potential both have. Each round takes away what is not bound to the rest, as
     Springel, White, Tormen & Kauffmann (2001, MNRAS 328, 726, section 3.2) do for substructure; the first takes u of
     the particles deepest in the potential, so that what flies off, however heavy, does not carry the frame away.
     """
@@ -59,7 +63,8 @@ def bound(
     for number in range(MOST_ROUNDS):
         depth = np.quantile(phi, DEEPEST if number == 0 else 1.0)
         inner = chosen[phi <= depth]
-        frame = (mass[inner] @ velocity[inner]) / mass[inner].sum()
+        momentum = mass[inner] @ velocity[inner] + points[0] @ points[1]
+        frame = momentum / (mass[inner].sum() + points[0].sum())
         specific = 0.5 * ((velocity[chosen] - frame) ** 2).sum(axis=1) + energy[chosen] + phi
         stays = specific < 0.0
         if stays.all() or not stays.any():

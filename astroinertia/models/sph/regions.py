@@ -13,11 +13,13 @@ import numpy as np
 
 from astroinertia.engines import numba_cpu
 from astroinertia.gravity.direct import DIRECT_GRAVITY
+from astroinertia.gravity.point_masses import specific_potential
 from astroinertia.inertia.tensor import axial_vector, inertia_from_second_moment
 from astroinertia.ledger.moments import centre_of_mass, weighted_outer
 from astroinertia.ledger.regions import RegionLedger, open_region_ledger, region_moments
 from astroinertia.models.sph import membership
 from astroinertia.models.sph.evaluate import effect_accelerations
+from astroinertia.models.sph.points import moving
 from astroinertia.models.sph.state import Problem, State, member_key
 
 FEW = 4096  # particles that plain sums over all pairs are quicker for
@@ -94,8 +96,15 @@ class Regions:
         if region.density_above is not None:
             return membership.dense(density, region.density_above)
         energy = np.asarray(state.rates.fluid.internal_energy) if region.internal_energy else 0.0
-        potential = np.asarray(state.rates.fluid.sums["gravity"]["potential"])
-        return membership.bound(mass, velocity, energy, lambda chosen: self._potential(state, chosen), potential)
+        pull, points = np.zeros_like(mass), membership.NO_POINTS
+        for group in moving(state.points):
+            if group.of_body:
+                pull = pull + specific_potential(np, position, group.mass, group.position, group.softening**2)
+                points = tuple(map(np.concatenate, zip(points, (group.mass, group.velocity), strict=True)))
+        potential = np.asarray(state.rates.fluid.sums["gravity"]["potential"]) + pull
+        return membership.bound(
+            mass, velocity, energy, lambda chosen: self._potential(state, chosen) + pull[chosen], potential, points
+        )
 
     def _potential(self, state: State, chosen: np.ndarray) -> np.ndarray:
         """Softened potential, (n,), of the particles `chosen` (n,) by themselves."""
