@@ -96,11 +96,14 @@ class Regions:
         if region.density_above is not None:
             return membership.dense(density, region.density_above)
         energy = np.asarray(state.rates.fluid.internal_energy) if region.internal_energy else 0.0
-        pull, points = np.zeros_like(mass), membership.NO_POINTS
-        for group in moving(state.points):
-            if group.of_body:
-                pull = pull + specific_potential(np, position, group.mass, group.position, group.softening**2)
-                points = tuple(map(np.concatenate, zip(points, (group.mass, group.velocity), strict=True)))
+        stars = [group for group in moving(state.points) if group.of_body]
+        pull = np.zeros_like(mass)
+        for group in stars:
+            pull += specific_potential(np, position, group.mass, group.position, group.softening**2)
+        points = (
+            np.concatenate([np.zeros(0), *(group.mass for group in stars)]),
+            np.concatenate([np.zeros((0, 3)), *(group.velocity for group in stars)]),
+        )
         potential = np.asarray(state.rates.fluid.sums["gravity"]["potential"]) + pull
         return membership.bound(
             mass, velocity, energy, lambda chosen: self._potential(state, chosen) + pull[chosen], potential, points
