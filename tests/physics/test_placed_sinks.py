@@ -169,7 +169,7 @@ def test_gas_that_cools_among_three_stars_resumes_bit_for_bit(timesteps: str, tm
         fluid='kind = "ideal"',
     )
     body = prepare(scene).evolution
-    while len(body.state.points["sinks"].mass) == 3 or not body.resumable:
+    while body.time < 1.0 and (len(body.state.points["sinks"].mass) == 3 or not body.resumable):
         body.advance(9.0)
     again = resumed(scene, code_units(scene), {name: array.copy() for name, array in body.arrays().items()})
     assert again.state.points["sinks"].identity.tolist() == [0, 1]
