@@ -64,6 +64,25 @@ def test_steps_of_a_rigid_body_with_companions_take_longer(integrator, times):
     assert other.parts["steps"].processor == pytest.approx(times * one.parts["steps"].processor)
 
 
+@pytest.mark.parametrize(
+    ("integrator", "tide", "moons", "measured"),
+    [
+        *(("splitting", False, 1, 2.7), ("splitting", False, 5, 4.2), ("splitting", True, 1, 20.0)),
+        *(("adaptive", False, 1, 3.9), ("adaptive", False, 5, 5.2), ("adaptive", True, 1, 4.15)),
+    ],
+)
+def test_steps_with_moons_that_the_body_moves_take_as_long_as_measured(integrator, tide, moons, measured):
+    """Over those of a free top: their places are not looked up in orbits that are known."""
+    text = RIGID.replace("[effects]\n", "") + "[orbits]\nback_reaction = true\n[effects.gravity_gradient]\n"
+    for number in range(moons):
+        text += f'[[companions]]\nname = "moon_{number}"\nmass = 0.1\nsemi_major_axis = {20.0 * 2.0**number}\n'
+    setting = (f"numerics.integrator='{integrator}'",)
+    scene = load.loads(text + TIDE if tide else text, setting)
+    free = load.loads(RIGID, setting)
+    assert smooth.of_step(free) == 1.0
+    assert measured / 1.3 < smooth.of_step(scene) < 1.3 * measured
+
+
 @pytest.mark.parametrize("integrator", ["splitting", "adaptive"])
 def test_a_top_takes_as_many_steps_however_its_spin_is_said(integrator):
     """About its largest moment, 2.5, at a rate of 0.5."""
