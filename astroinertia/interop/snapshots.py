@@ -89,7 +89,7 @@ def _snapshot(headline: xr.Dataset, one: xr.Dataset, number: int) -> Snapshot:
     arrays = {
         str(name): (values.transpose("particle", "i") if "i" in values.dims else values).values
         for name, values in one.data_vars.items()
-        if values.dims in (("particle",), ("particle", "i"))
+        if set(values.dims) in ({"particle"}, {"particle", "i"})
     }
     there = np.isfinite(arrays["mass"])  # what a sink has accreted is NaN
     arrays = {name: values[there] for name, values in arrays.items()}

@@ -91,6 +91,7 @@ def test_gadget_has_the_default_units_in_full_precision(run, one, tmp_path):
         assert header["Time"] * (KPC / 1e3) == pytest.approx(float(one["snapshot_time"]), rel=1e-14)
         assert header["MassTable"].tolist() == [0.0] * 6
         assert header["BoxSize"] == file["Parameters"].attrs["BoxSize"] == 0.0
+        assert header["Flag_DoublePrecision"] == 1  # for readers that ask it, not the type of the fields
         parameters = file["Parameters"].attrs
         assert parameters["Time_GYR"] * GIGAYEAR == pytest.approx(float(one["snapshot_time"]), rel=1e-14)
         constant = parameters["GravityConstantInternal"] * KPC / SUNS * 1e6
@@ -342,6 +343,25 @@ def test_a_zarr_store_that_another_export_has_written_meanwhile_stays_as_it_is(r
     assert path.stat().st_mode == (tmp_path / "folder").stat().st_mode  # others may read it as they may any folder
 
 
+def test_a_quantity_that_is_not_known_of_every_particle_is_left_out(tmp_path):
+    records, snapshots = affine_run(outputs=12, particles=64)
+    partly = np.where(np.arange(64) == STRAY, np.nan, snapshots[0]["density"])
+    with Archive.create(tmp_path / "run", METADATA) as archive:
+        archive.write_segment(records, [snapshots[0] | {"density": partly}])
+        dataset.finish(archive)
+    (first,) = snapshots_of(tmp_path / "run", "0")
+    assert "density" not in first.arrays and first.arrays["mass"].shape == (64,)
+
+
+def test_files_in_another_order_of_dimensions_have_the_same_particles(run, tmp_path):
+    tree = dataset.open_tree(run).load()
+    tree["snapshots"] = tree["snapshots"].to_dataset().transpose("i", "particle", "snapshot_time", ...)
+    tree.to_netcdf(tmp_path / "turned.nc")
+    (turned,), (one,) = snapshots_of(tmp_path / "turned.nc", "5"), snapshots_of(run, "5")
+    assert turned.arrays.keys() == one.arrays.keys()
+    np.testing.assert_array_equal(turned.arrays["position"], one.arrays["position"])
+
+
 def test_snapshots_are_chosen_by_number_from_either_end(run):
     assert [each.number for each in snapshots_of(run, "all")] == list(range(13))
     assert [each.number for each in snapshots_of(run, "last")] == [12]
@@ -383,16 +403,19 @@ def test_wrong_calls_get_one_sentence_and_write_nothing(run, tmp_path, capsys, a
 
 def test_numbers_of_materials_stay_whole(run, tmp_path):
     (one,) = snapshots_of(run, "0")
-    kinds = (np.arange(64) % 3).astype(np.int32)
+    kinds = np.arange(64) % 3
     several = replace(one, arrays=one.arrays | {"material": kinds})
     for to, path in (("gadget", tmp_path / "g.hdf5"), ("swift", tmp_path / "s.hdf5")):
         SNAPSHOT_FORMATS[to].write(several, path)
         with h5py.File(path) as file:
             assert file["PartType0/MaterialIDs"].dtype == np.int32
             assert file["PartType0/MaterialIDs"][:].tolist() == kinds.tolist()
+    with h5py.File(tmp_path / "g.hdf5") as file:
+        described = file["PartType0/MaterialIDs"].attrs
+        assert described["VarDescription"] == "Physical, in no unit ." and described["CGSConversionFactor"] == 1.0
     SNAPSHOT_FORMATS["vtk"].write(several, tmp_path / "v.vtp")
     root, _ = vtp(tmp_path / "v.vtp")
-    assert root.find(".//PointData/DataArray[@Name='material']").get("type") == "Int32"
+    assert root.find(".//PointData/DataArray[@Name='material']").get("type") == "Int64"
 
 
 @pytest.mark.parametrize(("to", "package", "extra"), [("gadget", "h5py", "hdf5"), ("zarr", "zarr", "zarr")])
