@@ -43,12 +43,20 @@ def test_a_body_on_which_nothing_acts_is_no_doubt():
     assert ledger_warnings(records() | nothing, ()) == []
 
 
+@pytest.mark.parametrize("unit", [1e-30, 1e30])
+def test_warnings_do_not_depend_on_the_unit_of_energies(unit):
+    lost = records(energy=2 * ENERGY)
+    other = {name: values / unit if "energy" in name else values for name, values in lost.items()}
+    assert ledger_warnings(other, EFFECTS) == ledger_warnings(lost, EFFECTS) != []
+
+
 def test_a_body_whose_shape_is_rounded_away_gets_no_advice_to_take_shorter_steps():
     second = np.array([0.4, 0.2, 0.2])[:, None, None] * np.eye(3)
-    far = {"mass": np.full(3, 0.3), "second_moment": second, "centre_of_mass": np.full((3, 3), 4e7)}
+    away = np.outer([1.0, 0.5, 0.0], np.full(3, 4e7))  # it comes nearer
+    far = {"mass": np.full(3, 0.3), "second_moment": second, "centre_of_mass": away}
     (sentence,) = ledger_warnings(records(closure=97.0) | far, EFFECTS)
     assert "the body is 3.5e+07 of its sizes from the origin" in sentence and "shorter" not in sentence
-    (sentence,) = ledger_warnings(records(closure=97.0) | far | {"centre_of_mass": np.full((3, 3), 4e5)}, EFFECTS)
+    (sentence,) = ledger_warnings(records(closure=97.0) | far | {"centre_of_mass": 0.01 * away}, EFFECTS)
     assert "take shorter time steps" in sentence
 
 

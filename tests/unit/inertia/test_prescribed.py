@@ -50,6 +50,7 @@ def test_derivatives_are_those_of_the_factor():
         assert first == pytest.approx((after - before) / 2e-4, rel=1e-6, abs=1e-9)
         assert second == pytest.approx((after - 2 * now + before) / 1e-8, rel=1e-6, abs=1e-6)
     assert curve.derivatives(7.0) == (pytest.approx(3.0, rel=1e-15), 0.0, 0.0)
+    assert change([2.0], [0.5]).derivatives(0.0) == (1.0, 0.0, 0.0)
 
 
 def test_a_first_factor_may_be_given_at_time_0():

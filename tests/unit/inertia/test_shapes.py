@@ -268,6 +268,7 @@ def test_layers_of_a_sphere_add_up_and_hollows_are_holes():
     layers = [shapes.thick_spherical_layer(m, r, q) for m, r, q in ((1.0, 1.0, 0.0), (0.3, 2.0, 1.0), (2.0, 2.5, 2.0))]
     found = shapes.layered_sphere([1.0, 0.3, 2.0], [1.0, 2.0, 2.5])
     np.testing.assert_allclose(found.inertia, sum(each.inertia for each in layers), rtol=1e-14)
+    assert found.mass == 3.3
     hollow = shapes.box(6.0, 1.0, 2.0, 3.0) - shapes.box(0.4 * 1.4 * 2.4, 0.4, 1.4, 2.4)
     np.testing.assert_allclose(shapes.hollow_box(hollow.mass, 1, 2, 3, 0.3).inertia, hollow.inertia, rtol=1e-13)
 
