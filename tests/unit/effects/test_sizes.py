@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +80,85 @@ def test_the_crab_slows_down_as_its_age_says():
     assert effect_size(SIZES["dipole_braking"], body, options).change == pytest.approx(
         1.0 - 33.3924123e-3 / later, rel=1e-3
     )
+
+
+EXPONENTS = {  # of mass, length and time
+    "end": (0, 0, 1), "gravitational_constant": (-1, 3, -2), "speed_of_light": (0, 1, -1), "mass": (1, 0, 0),
+    "radius": (0, 1, 0), "moments": (1, 2, 0), "second_moment": (1, 2, 0), "central_density": (1, -3, 0),
+    **dict.fromkeys(("shear", "expansion", "spin", "rate"), (0, 0, -1)),
+    **dict.fromkeys(("gravitational", "rotational", "thermal_energy"), (1, 2, -2)),
+    **dict.fromkeys(("triple_pressure", "further_pressure"), (1, 2, -2)),
+    **dict.fromkeys(("distance", "nearest"), (0, 1, 0)), "masses": (1, 0, 0),
+}  # fmt: skip
+
+
+def in_units(what, units):
+    """The same in other units of mass, length and time."""
+    if isinstance(what, tuple):
+        return tuple(in_units(each, units) for each in what)
+    found = {}
+    for field in fields(what):
+        value, powers = getattr(what, field.name), EXPONENTS.get(field.name)
+        if powers is not None and value is not None:
+            factor = math.prod(unit**power for unit, power in zip(units, powers, strict=True))
+            value = tuple(each / factor for each in value) if isinstance(value, tuple) else value / factor
+        elif field.name in ("neighbours", "pair") and value is not None:
+            value = in_units(value, units)
+        found[field.name] = value
+    return replace(what, **found)
+
+
+@pytest.mark.parametrize("scene", ["earth_in_a_century", "star_that_cools_slowly", "hot_cloud_let_go"])
+def test_sizes_of_effects_do_not_depend_on_units(scene):
+    body = characteristic(load_file(SCENES / f"{scene}.toml"))
+    assert body.mass is not None and body.radius is not None
+    bodies = body, in_units(body, (1e3 * body.mass, 1e4 * body.radius, 1e5 * body.end))
+    sizes = [[effect_size(SIZES[kind], each) for kind in ("gravity", "pressure", "viscosity")] for each in bodies]
+    numbers = np.array([[(each.number, each.change) for each in found] for found in sizes], dtype=float)
+    np.testing.assert_allclose(numbers[1], numbers[0], rtol=1e-6, atol=1e-12)
+    names = ("run_length", "turns", "compactness", "thermal_to_gravitational", "rotational_to_gravitational",
+             "rotation_over_break_up", "mach_number", "falling", "support")  # fmt: skip
+    own = np.array([[getattr(each, name) for name in names] for each in bodies], dtype=float)
+    np.testing.assert_allclose(own[1], own[0], rtol=1e-12)
+    tides = [tidal_parameter(each, 2.0 * each.mass, 5.0 * each.radius) for each in bodies]
+    assert tides == pytest.approx([0.016, 0.016], rel=1e-14)
+
+
+CLOUD = Characteristic(
+    end=1.0, gravitational_constant=1.0, speed_of_light=10.0, mass=2.0, radius=1.5, second_moment=2.0,
+    gravitational=4.0, triple_pressure=2.0, thermal_energy=3.0, rotational=0.4, spin=0.3, fallen=0.5,
+)  # fmt: skip
+SURFACE = ("dynamical_time", "run_length", "free_fall_time", "compactness", "rotation_over_break_up", "mach_number")
+
+
+@pytest.mark.parametrize(
+    ("unknown", "those"),
+    [
+        ("mass", SURFACE),
+        ("radius", SURFACE),
+        ("speed_of_light", ("compactness",)),
+        ("spin", ("turns", "rotation_over_break_up")),
+        ("second_moment", ("zone", "support")),
+        ("gravitational", ("zone", "support", "thermal_to_gravitational", "rotational_to_gravitational")),
+        ("triple_pressure", ("zone", "support", "mach_number")),
+        ("rotational", ("zone", "support", "rotational_to_gravitational")),
+        ("thermal_energy", ("thermal_to_gravitational",)),
+    ],
+)
+def test_what_is_made_of_an_unknown_number_is_unknown_and_all_else_known(unknown, those):
+    body = replace(CLOUD, **{unknown: None})
+    every = {*SURFACE, "turns", "zone", "support", "thermal_to_gravitational", "rotational_to_gravitational"}
+    assert {name for name in every if getattr(body, name) is None} == set(those)
+
+
+def test_what_is_held_up_in_part_falls_by_the_rest():
+    """(3 Pi + 2 T)/|W| is (2 + 0.8)/4; without pressure 0.8/4, with weight of another half less."""
+    assert CLOUD.support == pytest.approx(0.7) and CLOUD.falling == pytest.approx(0.3 * 0.5)
+    assert replace(CLOUD, presses=False).support == pytest.approx(0.2)
+    assert replace(CLOUD, further_pressure=0.6).support == pytest.approx(0.85)
+    assert replace(CLOUD, added_weight=0.5).support == pytest.approx(0.7 / 1.5)
+    assert replace(CLOUD, weighs=False).support is None and replace(CLOUD, weighs=False).falling == 0.0
+    assert replace(CLOUD, triple_pressure=3.2).falling == replace(CLOUD, triple_pressure=9.0).falling == 0.0
 
 
 def test_compactness_of_a_white_dwarf_and_of_a_neutron_star():
