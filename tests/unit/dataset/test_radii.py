@@ -10,8 +10,9 @@ from astroinertia.bodies import maclaurin
 from astroinertia.bodies.polytrope import lane_emden
 from astroinertia.build.assemble import metadata, model_description, prepare
 from astroinertia.build.structure import as_begun
+from astroinertia.dataset import radii
 from astroinertia.dataset.derived import spin_axis
-from astroinertia.dataset.radii import RATIOS, degree_two
+from astroinertia.dataset.radii import RATIOS, degree_two, reference_radius, surface
 from astroinertia.scene.load import loads
 from tests.exact_polytropes import exact_polytrope
 
@@ -63,7 +64,10 @@ def test_a_homologous_contraction_keeps_its_moment_ratios_to_round_off(name: str
     assert float(found["moment_ratio"][-1]) == pytest.approx(exact, rel=0.01 if name == "sph" else 1e-10)
     assert float(found["surface_mean_radius"][-1]) == pytest.approx(0.02, rel=0.01 if name == "sph" else 1e-10)
     convention = found["moment_ratio"].attrs
-    assert convention["radius"] == "surface_mean_radius" and convention["radius_convention"]
+    origins = {"sph": radii.ENCLOSING, "a solid": radii.OF_SCENE}
+    assert convention["radius"] == "surface_mean_radius"
+    assert convention["radius_convention"] == origins.get(name, radii.KEPT)
+    assert ("radial_moments" in found["gravity_coefficient"].attrs) == (name not in origins)  # it keeps its layers
 
 
 def test_j2_of_a_maclaurin_spheroid_and_the_coefficients_of_an_ellipsoid_are_those_of_the_closed_form() -> None:
@@ -94,6 +98,42 @@ def test_j2_and_the_surface_of_a_rotating_polytrope_are_those_of_its_series(mode
     assert float(found["surface_flattening"]) == pytest.approx(0.2, rel=1e-10)
     # Surfaces of equal density are flatter outside than within.
     assert 0.14 < float(found["ellipsoid_flattening"]) < 0.19
+
+
+def test_the_surface_of_a_body_that_keeps_its_layers_is_a_stretched_ellipsoid() -> None:
+    """Sums m x^2 are those numbers of the start times M and the squares of the semi-axes 6, 6 and 3, about x."""
+    mass, numbers = np.array([8.0]), {"equatorial_second_moment": 0.15, "polar_second_moment": 0.25}
+    second = mass[:, None, None] * np.diag([0.25 * 3.0**2, 0.15 * 6.0**2, 0.15 * 6.0**2])
+    found = surface({"mass": mass}, second, np.array([[1.0, 0.0, 0.0]]), numbers)
+    assert found is not None
+    np.testing.assert_allclose(np.ravel(found), [(6.0 * 6.0 * 3.0) ** (1 / 3), 6.0, 3.0], rtol=1e-14)
+
+
+def test_the_surface_of_particles_is_their_ellipsoid_enlarged_as_at_the_start() -> None:
+    shapes = np.array([np.diag([9.0, 36.0, 36.0]), np.full((3, 3), np.nan)])
+    series = {"mass": np.full(2, 8.0), "enclosing_ellipsoid": shapes}
+    found = surface(series, shapes, np.tile([1.0, 0.0, 0.0], (2, 1)), {"enclosing_99": 0.75})
+    assert found is not None and np.isnan(np.array(found)[:, 1]).all()
+    np.testing.assert_allclose(np.array(found)[:, 0], [4.0 * 4.0 ** (1 / 3), 8.0, 4.0], rtol=1e-14)
+
+
+def test_the_surface_of_a_body_of_which_only_one_radius_is_known_goes_as_the_root_of_its_moments() -> None:
+    """tr Q = 3 M R^2 times the number of the start: 1/5 of a ball, which 4 times the mass does not make larger."""
+    mass, size = np.array([2.0, 2.0, 8.0]), np.array([3.0, 6.0, 3.0])
+    second = np.einsum("t,ij->tij", mass * size**2, np.diag([0.1, 0.2, 0.3]))
+    axis = np.tile([0.0, 0.0, 1.0], (3, 1))
+    found = surface({"mass": mass}, second, axis, {"mean_second_moment": 0.2})
+    assert found is not None and np.isnan(found.equatorial).all() and np.isnan(found.polar).all()
+    np.testing.assert_allclose(found.mean, size, rtol=1e-15)
+
+
+def test_j2_refers_to_the_first_radius_that_is_known() -> None:
+    known, unknown = np.array([np.nan, 2.0]), np.full(2, np.nan)
+    names = "surface_equatorial_radius", "surface_mean_radius", "equatorial_radius"
+    for number, expected in enumerate(names):
+        has = {name: unknown if k < number else known for k, name in enumerate(names)}
+        assert reference_radius(has) == expected
+    assert reference_radius(dict.fromkeys(names, unknown)) == "equatorial_radius"
 
 
 def test_coefficients_are_the_sums_over_legendre_functions() -> None:

@@ -179,6 +179,37 @@ def test_one_zone_falls_in_the_free_fall_time_and_expands_as_dysons_gas():
     assert motion(Zone(0.0, 3.0, 0.0, 5 / 3), 2.0).size[-1] ** 2 == pytest.approx(13.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("field", [0.2, 0.0, -0.05])
+def test_one_zone_keeps_its_energy_and_swings_at_the_slope_of_its_force(field):
+    """s'^2/2 + 2 T/(2 s^2) - |W|/s + 3 Pi s^(3 - 3 gamma)/(3 gamma - 3) + k s^2/2, all over tr Q."""
+    zone = Zone(1.3, 0.7, 0.4, 1.4, expansion=0.6, field=field)
+    path = motion(zone, 3.0)
+    s = path.size
+    held = 0.5 * zone.turning / s**2 - zone.weight / s + zone.pressure * s**-1.2 / 1.2 + 0.5 * field * s**2
+    np.testing.assert_allclose(0.5 * path.speed**2 + held, (0.5 * path.speed**2 + held)[0], atol=1e-8)
+    assert s[0] == 1.0 and path.speed[0] == pytest.approx(0.6) and np.ptp(s) > 0.2
+    slope = (zone.force(s + 1e-5) - zone.force(s - 1e-5)) / 2e-5
+    np.testing.assert_allclose(zone.stiffness(s), -slope, rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("zone", "escapes"),
+    [
+        (Zone(1.0, 0.0, 0.99, 5 / 3, expansion=1.0), False),
+        (Zone(1.0, 0.0, 1.01, 5 / 3, expansion=1.0), True),
+        (Zone(1.0, 0.99, 0.0, 4 / 3), False),
+        (Zone(1.0, 1.01, 0.0, 4 / 3), True),
+        (Zone(1.0, 0.1, 0.0, 1.0), True),
+        (Zone(1.0, 0.1, 0.0, 5 / 3, field=-1e-6), True),
+        (Zone(1.0, 9.0, 0.0, 5 / 3, field=1e-6), False),
+        (Zone(1.0, 0.1, 0.0, 1.0, field=1e-6), False),
+    ],
+)
+def test_one_zone_escapes_where_its_energy_or_what_has_no_end_lets_it(zone, escapes):
+    """T + U against |W|, with 3 Pi over 3 (gamma - 1) the heat; gas of one temperature has no end of it."""
+    assert zone.escapes == escapes
+
+
 def test_little_pressure_means_nothing_before_the_end_of_a_fall_and_all_after_it():
     cold = Zone(1.0, 1e-4, 0.0, 5 / 3)
     early, late = (difference(cold, end, pressure=0.0) for end in (0.6, 1.3))

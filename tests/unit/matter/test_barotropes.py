@@ -45,6 +45,7 @@ def test_a_table_goes_on_as_the_polytrope_that_touches_it():
     enthalpy = np.array([1e-6, 1e-3, 0.1, 3.0])
     np.testing.assert_allclose(table.density(enthalpy), exact.density(enthalpy), rtol=1e-7)
     np.testing.assert_allclose(table.pressure(enthalpy), exact.pressure(enthalpy), rtol=1e-7)
+    np.testing.assert_allclose(table.enthalpy(exact.pressure(enthalpy)), enthalpy, rtol=1e-7)
 
 
 def test_a_figure_from_a_table_is_that_of_the_law():

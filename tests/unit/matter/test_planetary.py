@@ -162,6 +162,23 @@ def test_density_is_differentiable_by_pressure_and_parameters():
     assert second == pytest.approx((by_p[0] - by_p[1]) / (2 * step), rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("density", "energy", "pressure"),
+    [
+        (2.0, 4.0, (0.5 + 1.5 / 1.25) * 8.0 + 2.0 + 3.0),  # compressed
+        (0.5, 1.0, (0.5 + 1.5 / 2.0) * 0.5 - 1.0 + 0.75),  # expanded and condensed
+        (0.5, 2.0, 0.5 + (1.5 / 3.0 - np.exp(-7.0)) * np.exp(-5.0)),  # vapour
+        (0.5, 1.5, (0.575 + 0.375 + (0.45 - np.exp(-7.0)) * np.exp(-5.0)) / 2.0),  # half of each
+        (0.5, 0.0, -1.0 + 0.75),  # in tension
+    ],
+)
+def test_tillotson_is_the_published_formula_in_each_regime(density, energy, pressure):
+    """Melosh 1989, eqs. AII.3 to 5, by hand."""
+    matter = tillotson.Tillotson(1.0, 0.5, 1.5, 2.0, 3.0, 4.0, 1.0, 2.0, 5.0, 7.0)
+    assert matter.pressure_at(density, energy) == pytest.approx(pressure, rel=1e-14)
+    assert matter.fluid_pressure_at(density, energy) == pytest.approx(max(pressure, 0.0), rel=1e-14)
+
+
 @pytest.mark.slow
 def test_tillotson_regimes_join_and_its_cold_curve_is_the_isentrope():
     rock = tillotson.GRANITE

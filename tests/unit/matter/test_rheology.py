@@ -25,6 +25,7 @@ def test_compliances_are_those_of_the_creep_in_time(frequency):
         (rheology.maxwell(frequency, 3.0), lambda t: 1 + t / 3.0),
         (rheology.andrade(frequency, 3.0, 0.3), lambda t: 1 + t / 3.0 + (t / 3.0) ** 0.3),
         (rheology.andrade(frequency, 3.0, 0.4, 0.5), lambda t: 1 + t / 3.0 + (t / 0.5) ** 0.4),
+        (rheology.andrade(frequency, 0.5, 0.3), lambda t: 1 + t / 0.5 + (t / 0.5) ** 0.3),
     ):
         assert found == pytest.approx(transformed(creep, frequency), rel=1e-7)
 

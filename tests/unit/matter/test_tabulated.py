@@ -161,6 +161,18 @@ def test_an_isentrope_is_a_material_for_interiors():
         isentrope(matter, 1, 1e12)
 
 
+def test_an_isentrope_of_matter_without_heat_has_its_bulk_modulus_and_begins_where_pressure_does():
+    """P = K (rho/rho_0 - 1) at any energy, and none where that is below zero."""
+    law, span = lambda rho, u: np.maximum(5.0 * (rho / 2.0 - 1.0), 0.0) + 0.0 * u, (0.2, 20.0)
+    matter = tables.tabulated([tables.isentropes("it", law, 2.0, 1.0, span, 10.0, nodes=(400, 8))])
+    with jax.enable_x64(True):
+        cold = isentrope(matter, 0, 0.0)
+        rho = np.array([2.3, 3.7, 11.0])
+        np.testing.assert_allclose(np.asarray(cold.pressure(rho)), 5.0 * (rho / 2.0 - 1.0), rtol=1e-4)
+    assert cold.reference_density == pytest.approx(2.0, rel=1e-3)
+    assert cold.bulk_modulus == pytest.approx(5.0, rel=2e-2)
+
+
 @pytest.mark.slow
 def test_entropy_inverts_energy_and_heat_moves_it(both):
     mixed = both.of(MATERIAL)
