@@ -224,7 +224,14 @@ def test_a_star_that_turns_so_fast_is_said_to_turn_so_fast(ds: xr.Dataset, asked
     turning["zonal_harmonic_2"].attrs["radius"] = "surface_mean_radius"
     limits = turning.inertia.rotation_limits()
     np.testing.assert_allclose(limits.breakup_fraction, asked, rtol=0.012)
+    orbit = np.sqrt(ds.attrs["gravitational_constant"] * star.mass / star.mean_radius**3)
+    np.testing.assert_allclose(limits.period, 2 * np.pi / star.angular_velocity, rtol=1e-14)
+    np.testing.assert_allclose(limits.kepler_period, 2 * np.pi / orbit, rtol=1e-14)
+    np.testing.assert_allclose(limits.kepler_fraction, star.angular_velocity / orbit, rtol=1e-14)
     assert not limits.sheds_mass.any()
+    assert np.isinf(
+        turning.assign(angular_velocity=0 * turning["angular_velocity"]).inertia.rotation_limits().period
+    ).all()
     faster = turning.assign(angular_velocity=turning["angular_velocity"] * 1.02 / asked)
     assert faster.assign_attrs(model="sph").inertia.rotation_limits().sheds_mass.all()
 
