@@ -182,3 +182,20 @@ def test_a_body_that_flies_apart_is_called_that_and_does_so_the_same_each_time(t
     assert not any("flew" in text for text in resolution_warnings({**kept, "total_energy": -kept["total_energy"]}, 50))
     free = {**kept, "gravitational_energy": np.full(one.sizes["time"], np.nan)}
     assert not any("flew" in text for text in resolution_warnings(free, 50))
+
+
+@pytest.mark.parametrize("unit", [1e-30, 1.0, 1e30])
+@pytest.mark.parametrize(("grown", "left", "flown"), [(11.0, 1.0, True), (9.0, 1.0, False), (11.0, -1.0, False)])
+def test_a_body_has_flown_apart_where_it_has_grown_tenfold_and_is_not_bound(grown, left, flown, unit):
+    series = {
+        "half_mass_radius": unit * np.array([2.0, 2.0 * grown]), "radius_enclosing_99": unit * np.array([3.0, 60.0]),
+        "total_energy": unit * left * np.ones(2), "gravitational_energy": -unit * np.ones(2),
+        "core_particles": np.array([40.0, 40.0]), "jeans_ratio": np.array([2.0, np.nan]),
+        "smoothing_to_thickness": np.array([np.nan, 0.6]),
+    }  # fmt: skip
+    sentences = resolution_warnings(series, 25.0)
+    if flown:
+        (apart,) = sentences
+        assert "half of its mass is 11 times as far" in apart and "99 % of it within 20 times as far" in apart
+    else:
+        assert [("core" in each, "smoothing length" in each) for each in sentences] == [(True, False), (False, True)]
