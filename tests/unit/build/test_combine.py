@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from astroinertia.build.assemble import metadata, prepare
-from astroinertia.build.combine import kepler_state
+from astroinertia.build.combine import kepler_state, places
 from astroinertia.build.placing import particles
 from astroinertia.build.sph import problem_of
 from astroinertia.errors import SceneError
@@ -67,6 +67,24 @@ def test_two_points_are_on_the_orbit_that_was_asked_for(eccentricity: float) -> 
 def test_the_apocentre_can_be_begun_at() -> None:
     x, v = kepler_state(1.0, 1.0, 0.5, 3.0)
     np.testing.assert_allclose([x[0], abs(x @ v)], [-3.0, 0.0], atol=1e-15)
+
+
+def test_the_pericentre_can_be_begun_at_whatever_the_rounding() -> None:
+    for eccentricity in np.concatenate([np.linspace(0.01, 0.99, 50), np.linspace(1.0, 5.0, 50)]):
+        x, v = kepler_state(1.0, 0.7, float(eccentricity), 0.7)
+        np.testing.assert_allclose([x[0], x @ v], [0.7, 0.0], atol=1e-7)
+
+
+def test_bodies_begin_at_the_separation_or_else_at_the_pericentre() -> None:
+    for text, apart in (
+        (PAIR, 5.0),
+        (PAIR.replace("separation = 5.0\n", "").replace("centre = 1.0", "centre = 2.0"), 2.0),
+    ):
+        scene = loads(text)
+        (one, speed), (two, other) = places(scene, code_units(scene))
+        assert np.linalg.norm(two - one) == pytest.approx(apart, rel=1e-14)
+        np.testing.assert_allclose(one + 0.5 * two, 0.0, atol=1e-15)
+        assert (two - one) @ (other - speed) <= 0.0
 
 
 def test_each_body_is_what_it_is_alone_moved_to_its_place() -> None:
