@@ -43,6 +43,15 @@ def test_one_that_moves_outwards_comes_in_when_kepler_has_it() -> None:
     assert pericentres_within(*at, comes * (1.0 + 1e-9))[0] == pytest.approx(a * (1.0 - e), rel=1e-12)
 
 
+def test_one_that_falls_from_rest_comes_in_when_the_cycloid_has_it() -> None:
+    """t = (d^3/(2 M))^(1/2) ((x (1 - x))^(1/2) + arccos x^(1/2)), x = r/d: an orbit as narrow as a line."""
+    masses, place, x = np.array([1.1, 0.2]), np.array([[0.0, 4.0, 0.0]]), RADIUS / 4.0
+    comes = math.sqrt(4.0**3 / 2.6) * (math.sqrt(x * (1.0 - x)) + math.acos(math.sqrt(x)))
+    at = masses, place, 0.0 * place, RADIUS
+    assert np.isnan(pericentres_within(*at, comes * (1.0 - 1e-6))[0])
+    assert pericentres_within(*at, comes * (1.0 + 1e-6))[0] == 0.0
+
+
 @pytest.mark.parametrize(
     "orbit",
     [
