@@ -11,10 +11,12 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
+from astroinertia.effects.heat_exchange import heat_change
 from astroinertia.effects.kinds.gravity_gradient import gradient_turn
 from astroinertia.effects.kinds.radiation_reaction import inspiral_time
 from astroinertia.effects.kinds.tidal_torque import tidal_spin_down
 from astroinertia.effects.kinds.tide import nearest_approach
+from astroinertia.effects.measure import tidal_change
 from astroinertia.effects.one_zone import Zone, braked, difference, lasting, motion, spread
 from astroinertia.effects.sizes import effect_size
 from astroinertia.errors import SceneError
@@ -159,6 +161,38 @@ def test_what_is_held_up_in_part_falls_by_the_rest():
     assert replace(CLOUD, added_weight=0.5).support == pytest.approx(0.7 / 1.5)
     assert replace(CLOUD, weighs=False).support is None and replace(CLOUD, weighs=False).falling == 0.0
     assert replace(CLOUD, triple_pressure=3.2).falling == replace(CLOUD, triple_pressure=9.0).falling == 0.0
+
+
+@pytest.mark.parametrize(
+    ("pressure", "gamma", "steep"),
+    [
+        (4.0, 5 / 3, 2.0),  # in balance: ln R = ln A/(3 gamma - 4)
+        (3.0, 1.6, 2.5),  # falls
+        (4.0, 1.45, 4.0),  # near 4/3, no steeper than that
+        (7.0, 1.6, 2.5),  # pushed out, by less than twice its weight
+        (9.0, 1.6, 2.0),  # flies apart
+    ],
+)
+def test_a_share_of_the_heat_changes_the_size_as_the_gas_holds_the_body(pressure, gamma, steep):
+    body = replace(CLOUD, end=100.0, triple_pressure=pressure, gamma=gamma, rotational=0.0)
+    assert heat_change(body, 1e-4) == pytest.approx(steep * 1e-4, rel=1e-12)
+    assert heat_change(body, 1e4) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("end", "parameter", "change"),
+    [
+        (3.0, 0.01, 0.05),  # bound: the bulge of a tide that comes suddenly
+        (0.5, 0.01, 0.0025),  # before that
+        (0.5, 0.1, 0.025),
+        (1.5, 0.1, 1.0),  # torn
+        (1.5, 0.04, 0.09),
+    ],
+)
+def test_a_tide_raises_a_bulge_or_tears_the_body_when_there_is_time_for_it(end, parameter, change):
+    body = replace(CLOUD, triple_pressure=3.2, spin=None)
+    assert body.dynamical_time is not None
+    assert tidal_change(replace(body, end=end * body.dynamical_time), parameter) == pytest.approx(change, rel=1e-12)
 
 
 def test_compactness_of_a_white_dwarf_and_of_a_neutron_star():
