@@ -18,6 +18,7 @@ from astroinertia.scene.plan import code_units
 
 HEAD = 'name = "a"\nmodel = "scaling"\nunits = "code"\n[time]\nend = 2.0\n'
 STAR = HEAD + '[body]\nkind = "polytrope"\nindex = 1.5\nmass = 1.0\nradius = 1.0\n'
+LIGHT = STAR.replace("mass = 1.0", "mass = 1e-6")
 TURNING = "[body.rotation]\nrate = 0.1\n"
 GAS = '[equation_of_state]\nkind = "ideal"\ngamma = 1.6666666666666667\n'
 BOUND = "[effects.gravity]\n[effects.pressure]\n"
@@ -178,6 +179,7 @@ def test_a_checkpoint_goes_on_bit_for_bit():
     ("text", "message"),
     [
         (STAR.replace("index", "axes = [1.0, 0.9, 0.8]\nindex") + TURNING + BOUND, "not symmetric about"),
+        (LIGHT.replace("index", "axes = [1.0, 0.9, 0.8]\nindex") + TURNING + BOUND, "not symmetric about"),
         (STAR + TURNING.replace("rate = 0.1", "rate = 5.0") + GAS + BOUND, "too fast"),
         (STAR + TURNING.replace("rate = 0.1", "t_over_w = 0.1") + GAS + "[effects]\n", "self-gravitating"),
         (HEAD + '[body]\nkind = "power_law"\nexponent = 2.6\nmass = 1.0\nradius = 1.0\n' + BOUND, "infinite"),
@@ -251,6 +253,24 @@ def test_a_torque_on_a_pulsating_body_is_in_its_energy():
         assert abs(found["integration_energy_error"]) < 1e-11 and found["work"][-1] == 0.0
         opening = evolution(SCENES[name]).record(None)["angular_momentum"][2]
         assert found["angular_momentum"][2] == pytest.approx(opening + 0.006, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        'kind = "polytrope"\nindex = 1.5\nradius = 1.5\n',
+        'kind = "uniform"\naxes = [1.0, 1.0, 0.7]\nradius = 1.5\n',
+        'kind = "rotating_star"\nindex = 1.0\naxis_ratio = 1.0\nradius = 1.5\n',
+        'kind = "rigid"\nradius = 1.5\nmoment_ratios = [0.3, 0.3, 0.35]\n',
+    ],
+)
+def test_what_a_torque_does_to_a_body_at_rest_is_all_its_energy_of_rotation(kind):
+    torque = "[effects.constant_torque]\nvector = [0.0, 0.0, 0.003]\n"
+    found = record(evolution(f"{HEAD}[body]\nmass = 2.0\n{kind}{torque}"), 2.0)
+    assert found["angular_momentum"][2] == pytest.approx(0.006, rel=1e-12)
+    energy = 0.5 * 0.006**2 / found["inertia_tensor"][2, 2]
+    np.testing.assert_allclose([found["kinetic_energy"], *found["work"]], [energy, energy, 0.0], rtol=1e-9, atol=1e-15)
+    assert not np.nan_to_num(found["gravitational_energy"])  # the scene lists no gravity
 
 
 def test_dysons_expansion_is_exact():
