@@ -59,3 +59,5 @@ def test_bad_arguments_are_refused():
         love_number(5.0)
     with pytest.raises(ValueError, match="degree of 2"):
         love_number(1.0, 1)
+    with pytest.raises(ValueError, match="whole degree"):
+        love_number(1.0, 2.5)  # type: ignore[arg-type]

@@ -19,7 +19,7 @@ from astroinertia.bodies.break_up import (
     spun_up_polytrope,
 )
 from astroinertia.bodies.ellipsoid_gravity import acceleration
-from astroinertia.bodies.polytrope import Polytrope
+from astroinertia.bodies.polytrope import Polytrope, lane_emden
 from astroinertia.errors import NumericalError
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
@@ -91,6 +91,12 @@ def test_a_polytrope_at_a_share_of_break_up_is_one_that_was_spun_up():
     for index in (0.0, 3.0):
         with pytest.raises(ValueError, match="0 < n < 3"):
             polytropic_rate(index, 0.5)
+
+
+def test_a_polytrope_that_sheds_mass_has_its_grown_moment_times_its_rate_as_angular_momentum():
+    limit = polytropic_limit(1.0)
+    rest = lane_emden(1.0).moment_ratio
+    assert rest * limit.moment_growth * limit.rate == pytest.approx(limit.angular_momentum, rel=1e-9)
 
 
 @pytest.mark.full

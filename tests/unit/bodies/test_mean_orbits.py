@@ -37,6 +37,8 @@ def test_moons_go_round_in_their_sidereal_periods(planet, moon, days):
 def test_masses_are_of_either_table():
     assert mass_of("Titan") == body("Titan").mass
     assert mass_of("Rhea") == pytest.approx(2.3065e21, rel=1e-3)
+    assert mass_of("Phobos") == pytest.approx(1.06e16, rel=0.01)
+    assert mass_of("Triton") == pytest.approx(2.14e22, rel=0.01)
     with pytest.raises(KeyError, match="no table has the mass of Vulcan"):
         mass_of("Vulcan")
 

@@ -75,6 +75,19 @@ def test_mean_radii_are_those_of_the_same_volume(name):
     assert one.mean_radius == pytest.approx(moment_ratios.volumetric_radius(a, a, c), rel=5e-4)
 
 
+@pytest.mark.parametrize(
+    ("name", "density", "flattening"),
+    [("Earth", 5513, 1 / 298.257), ("Mars", 3934, 1 / 169.89), ("Jupiter", 1326, 0.06487), ("Saturn", 687, 0.09796)],
+)
+def test_densities_and_flattenings_are_those_of_fact_sheets(name, density, flattening):
+    """NSSDC planetary fact sheets; m is what Kepler's period at the mean radius is over the day, squared."""
+    one = body(name)
+    assert one.mean_density == pytest.approx(density, abs=1)
+    assert one.flattening == pytest.approx(flattening, rel=1e-3)
+    orbit = 2 * math.pi * math.sqrt(one.mean_radius**3 / one.gravitational_parameter)
+    assert one.small_m == pytest.approx((orbit * abs(one.angular_velocity) / (2 * math.pi)) ** 2, rel=1e-12)
+
+
 @pytest.mark.parametrize("entry", [each for each in REFERENCE if each["name"] == "radius_normalisation_factor"],
                          ids=lambda entry: entry["inputs"]["body"])  # fmt: skip
 def test_radius_normalisation_factor(entry):
