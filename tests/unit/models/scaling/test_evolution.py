@@ -5,6 +5,7 @@ import math
 import jax
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build import scaling as start_scaling
@@ -110,6 +111,39 @@ def test_differential_rotation_keeps_its_profile():
     mean_spin = 0.5 * momentum**2 / opening["inertia_tensor"][2, 2]
     assert opening["kinetic_energy"] > 1.1 * mean_spin
     assert later["kinetic_energy"] == pytest.approx(100 * opening["kinetic_energy"], rel=1e-12)
+
+
+def test_differential_rotation_of_a_spheroid_has_the_sums_over_its_cylinders():
+    """Omega = 0.8/(1 + (w/A)^2); columns of a homogeneous spheroid weigh 3 M w/a^2 (1 - w^2/a^2)^(1/2) dw."""
+    body = '[body]\nkind = "uniform"\naxes = [1.2, 1.2, 0.5]\nmass = 2.0\nradius = 1.5\n'
+    law = '[body.rotation]\nlaw = "j_constant"\nscale = 0.9\nrate = 0.8\n'
+    found = record(evolution(HEAD + body + law + "[effects]\n"), 0.0)
+
+    def over(power: int) -> float:
+        return quad(lambda w: 6 * w**3 / 1.8**2 * (1 - (w / 1.8) ** 2) ** 0.5 * (0.8 / (1 + (w / 0.9) ** 2)) ** power,
+                    0.0, 1.8)[0]  # fmt: skip
+
+    assert found["angular_momentum"][2] == pytest.approx(over(1), rel=1e-4)
+    assert found["kinetic_energy"] == pytest.approx(0.5 * over(2), rel=1e-4)
+
+
+TIMES = {  # 1.0 of what has no unit but that of time or of a density
+    "mass": 8.0, "radius_profile": 2.0, "specific_angular_momentum_profile": 4.0,
+    **dict.fromkeys(("time", "step", "density_max", "density_profile", "rotation_profile", "mode_amplitude"), 1.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_body_of_eight_times_the_mass_and_twice_the_radius_does_the_same_at_the_same_times(name):
+    """G M/R^3 is that of the first: energies, moments and angular momenta are 32 times as large."""
+    large = SCENES[name].replace("mass = 1.0", "mass = 8.0").replace("radius = 1.0", "radius = 2.0")
+    one, other = (record(evolution(text), 0.6) for text in (SCENES[name], large.replace("scale = 0.3", "scale = 0.6")))
+    for key, values in one.items():
+        times = TIMES.get(key, 32.0)
+        size = np.abs(np.nan_to_num(values)).max()
+        np.testing.assert_allclose(
+            np.asarray(other[key]) / times, values, rtol=1e-9, atol=1e-9 * size + 1e-12, err_msg=key
+        )
 
 
 def test_free_fall_of_a_star_takes_its_own_time():
