@@ -53,6 +53,9 @@ SCENES = {
     + '[body]\nkind = "rotating_star"\nindex = 1.0\nmass = 1.0\nradius = 1.0\naxis_ratio = 0.8\n'
     + CHANGE
     + BOUND,
+    "gaseous star": HEAD + '[body]\nkind = "rotating_star"\nindex = 1.5\nmass = 1.0\nradius = 1.0\naxis_ratio = 0.8\n'
+    + GAS
+    + BOUND,
 }  # fmt: skip
 
 
@@ -174,6 +177,28 @@ def test_a_settled_body_swells_and_stays():
     assert record(evolution(fast), 0.0)["kinetic_energy"] == pytest.approx(
         -0.1 * record(evolution(fast), 0.0)["gravitational_energy"], rel=1e-12
     )
+
+
+def test_a_stiff_body_settles_by_its_own_exponent():
+    """n = 1, P ~ rho^2: 2 T = |W| (1/s - 1/s^3) at the given rate, with |W| = 3/4."""
+    star = Polytrope(1.0).moment_of_inertia
+    text = SCENES["settled"].replace("index = 1.5", "index = 1.0").replace("gamma = 1.6666666666666667", "gamma = 2.0")
+    body = evolution(text.replace("rate = 0.1", "rate = 0.3"))
+    first, last = record(body, 0.0), record(body, 2.0)
+    np.testing.assert_allclose(last["second_moment"], first["second_moment"], rtol=1e-9)
+    swollen = math.sqrt(first["inertia_tensor"][2, 2] / star)
+    assert 0.3**2 * star * swollen**2 == pytest.approx(0.75 * (1 / swollen - 1 / swollen**3), rel=1e-9)
+
+
+@pytest.mark.parametrize("pressure", [GAS, ""])
+def test_a_rotating_star_that_its_own_pressure_holds_stays(pressure):
+    """3 Pi = |W| - 2 T, of the gas that it was made of shell by shell."""
+    body = evolution(SCENES["gaseous star"].replace(GAS, pressure))
+    opening, later = record(body, 0.0), record(body, 2.0)
+    assert "stays" in body.approximation and opening["angular_momentum"][2] > 0.0
+    np.testing.assert_array_equal(later["second_moment"], opening["second_moment"])
+    held = np.trace(opening["virial_tensor"][list(body.names).index("pressure")])
+    assert held == pytest.approx(-opening["gravitational_energy"] - 2 * opening["kinetic_energy"], rel=1e-6)
 
 
 def test_closed_forms_and_integration_are_one_law():
