@@ -59,6 +59,13 @@ def test_a_polytrope_may_be_rigid():
 POLYTROPE = '[body]\nkind = "polytrope"\nindex = 1.0\nmass = 5.0\nradius = 2.0\n'
 
 
+def test_a_polytrope_turns_with_its_share_of_the_energy_that_binds_it():
+    """|W| = 3/(5 - n) G M^2/R."""
+    found = record(POLYTROPE + "rotation = { t_over_w = 0.01 }\n[effects.gravity]\n")
+    assert found["kinetic_energy"] == pytest.approx(0.01 * 0.75 * 5.0**2 / 2.0, rel=1e-9)
+    assert found["angular_momentum"][2] > 0.0
+
+
 def test_a_polytrope_turns_at_its_share_of_break_up():
     found = record(POLYTROPE + "rotation = { breakup_fraction = 0.8 }\n" + NONE)
     rate = found["angular_momentum"][2] / found["inertia_tensor"][2, 2]
@@ -135,6 +142,21 @@ def test_obliquity_and_wobble_are_angles_of_the_angular_momentum(obliquity, wobb
     assert abs(row["attitude"][0] @ momentum) < 1e-12  # between the axes of the largest and of the least moment
     text = plan(scene).text()
     assert f"{obliquity:.6g} deg" in text and f"{wobble:.6g} deg" in text
+
+
+@pytest.mark.parametrize(("rate", "wobble"), [(1.5, 0.0), (2.0, 0.0), (2.0, 0.3)])
+def test_a_body_that_its_spin_deforms_has_the_moments_of_the_scene_at_the_rate_of_its_bulge(rate, wobble):
+    """D = k R^5/(3 G) = 0.05: L = I Omega at 1.5, and beside that 2/3 D (Omega^2 - 1.5^2) Omega at another rate."""
+    bulge = "[effects.rotational_deformation]\nlove_number = 0.15\nradius = 1.0\nrate = 1.5\n"
+    shape = '[body]\nkind = "rigid"\nmass = 2.0\nmoments = [1.0, 1.0, 1.4]\n'
+    row = record(f"{shape}rotation = {{ rate = {rate}, wobble = {wobble} }}\n{bulge}")
+    rest = np.array([1.0, 1.0, 1.4]) + 0.05 * 1.5**2 * np.array([1.0, 1.0, -2.0]) / 3.0
+    momentum = row["attitude"] @ row["angular_momentum"]
+    spin = momentum / (rest + 2.0 / 3.0 * 0.05 * rate**2)
+    assert np.linalg.norm(spin) == pytest.approx(rate, rel=1e-9)
+    assert np.arctan2(np.hypot(momentum[0], momentum[1]), momentum[2]) == pytest.approx(wobble, abs=1e-9)
+    if wobble == 0.0:
+        assert momentum[2] == pytest.approx((1.4 + 2.0 / 3.0 * 0.05 * (rate**2 - 1.5**2)) * rate, rel=1e-12)
 
 
 def test_an_obliquity_turns_the_body_with_its_axis():
