@@ -356,6 +356,7 @@ def test_batches_and_precision(name):
         (lambda: shapes.torus_shell(1.0, 1.0, 1.1), "must not be wider than its ring"),
         (lambda: shapes.spherical_sector(1.0, 1.0, 2.1), "must not exceed the diameter"),
         (lambda: shapes.spherical_cap_shell(1.0, 1.0, 2.1), "must not exceed the diameter"),
+        (lambda: shapes.point(1.0, 5.0), "must have shape"),
         (lambda: shapes.layered_sphere([1.0, 1.0], [2.0, 1.0]), "grow outwards"),
         (lambda: shapes.layered_sphere([1.0, 1.0], [2.0, 2.0]), "grow outwards"),
         (lambda: shapes.ellipsoid(1.0, [1.0, 2.0]), r"must have shape \(..., 3\), not \(2,\)"),
