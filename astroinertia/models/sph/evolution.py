@@ -104,7 +104,7 @@ class Particles:
         It meets times at which effects begin or end, too. GivenUp where a base step was given up half-way.
         """
         longest = self.longest
-        unsorted = (self.state, self.arrangement) if self.base_step is not None else None  # memory, where it is no use
+        unsorted: Any = None if self.base_step is None else (self.state, self.arrangement)  # memory that others save
         to_give_up = self.to_give_up if self.resumable else never
         stop, problem = self.stretch(until)
         dt = self.begin(stop, longest)
