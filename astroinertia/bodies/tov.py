@@ -200,6 +200,7 @@ def structure(
     fraction = np.concatenate([[1.0], *(part for part, _ in trail)])
     U, W, B = np.concatenate([[[0.0], [4 * math.pi / 3], [0.0]], *(part[:3] for _, part in trail)], axis=1)
     r = np.sqrt(U * h_c / e_c)
+    mass_scale = e_c * r**3
     compactness = float(h_c * U[-1] * W[-1])
     return Structure(
         relativistic=relativistic,
@@ -207,12 +208,12 @@ def structure(
         central_rest_density=equations.rest_density,
         central_energy_density=e_c,
         central_pressure=equations.pressure,
-        mass=float(W[-1] * e_c * r[-1] ** 3),
-        rest_mass=float(B[-1] * e_c * r[-1] ** 3),
+        mass=float(W[-1] * mass_scale[-1]),
+        rest_mass=float(B[-1] * mass_scale[-1]),
         radius=float(r[-1]),
         compactness=compactness,
         r=r,
-        enclosed_mass=W * e_c * r**3,
+        enclosed_mass=W * mass_scale,
         log_enthalpy=fraction * h_c,
         scaled_surface=(float(U[-1]), float(W[-1])),
         perturbation=tuple(float(value) for value in values[3:]),
