@@ -4,7 +4,7 @@
 
 Every code's errors are relative, |a - a_direct| / |a_direct|, on the same sample of points, against a direct sum with
 its own softening. Codes take turns in one run and the shortest time of each setting counts, tree building included
-(jaxFMM: its lists are made beforehand). Freed memory is kept for all of them, as in `astroinertia run`. With --keep tables and a picture go to tests/benchmarks/results.
+(jaxFMM: its lists are made beforehand). With --keep tables and a picture go to tests/benchmarks/results.
 """
 
 import argparse
@@ -15,8 +15,6 @@ import numpy as np
 from fair_times import RESULTS, best_times, clock_of, machine, publish, rows_of
 from gravity_codes import CODES, DIRECT, OURS, QUADRUPOLE, present
 from point_sets import SETS, PointSet, point_set
-
-from astroinertia.process.freed_memory import keep_freed_memory
 
 SAMPLE = 2000  # enough for a 99th percentile
 JUDGED = 0.7  # pytreegrav's quadrupole at this opening angle is what ratios are taken to
@@ -122,7 +120,6 @@ def main() -> None:
     parser.add_argument("--processor-time", action="store_true", help="count processor time, not wall time")
     parser.add_argument("--keep", action="store_true", help="write the tables and a picture")
     chosen = parser.parse_args()
-    keep_freed_memory()
     codes = present(tuple(code for code in CODES if code.name in chosen.codes))
     sample = np.sort(np.random.default_rng(5).choice(chosen.points, min(SAMPLE, chosen.points), replace=False))
     clock, kind = clock_of(chosen.processor_time)
