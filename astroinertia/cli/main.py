@@ -368,6 +368,7 @@ def _warm(options: Options) -> int:
 def _resume(options: Options) -> int:
     limit = stop.deadline(options)
     from astroinertia.accuracy.running import resume
+    from astroinertia.process.freed_memory import keep_freed_memory
 
     if cli_sweep.is_folder(options.run):
         from astroinertia.sweeps.folder import read
@@ -377,6 +378,7 @@ def _resume(options: Options) -> int:
 
         return _sweep(read(options.run), options.run, options, limit)
     cli_sweep.refuse_options(options)
+    keep_freed_memory()
     with Meter(_Console(highlight=False)) as meter:
         result = resume(options.run, meter.tell, limit, settings=options.overrides)
     return _finished(result, options.run)
@@ -385,12 +387,14 @@ def _resume(options: Options) -> int:
 def _branch(options: Options) -> int:
     begun = time.monotonic()
     limit = stop.deadline(options, begun)
+    from astroinertia.process.freed_memory import keep_freed_memory
     from astroinertia.run.branch import branch
 
     if cli_sweep.is_folder(options.run):
         from astroinertia.scene.sweep import member
 
         raise SceneError(f"{options.run} is a sweep; branch one of its members, such as {options.run / member(0)}.")
+    keep_freed_memory()
     with Meter(_Console(highlight=False)) as meter:
         result = branch(
             options.run, options.output, options.at, options.overrides,

@@ -101,9 +101,9 @@ def potential_energy(
     """-sum m M/(d^2 + s^2)^(1/2) of particles (N,), (N, 3) and points (n,), (n, 3)."""
     total = xp.zeros(())
     for k in range(mass.shape[0]):
-        root = xp.sqrt(xp.sum((position - place[k]) ** 2, axis=1) + softening_squared)
-        share = xp.where(xp.arange(len(root)) == k, 0.0, weight) if alone else weight
-        total = total - mass[k] * xp.sum(share / xp.where(root > 0.0, root, 1.0))
+        distance = _softened_distance(xp, position, place[k], softening_squared)
+        share = xp.where(xp.arange(len(distance)) == k, 0.0, weight) if alone else weight
+        total = total - mass[k] * xp.sum(share / distance)
     return total
 
 
@@ -111,8 +111,7 @@ def specific_potential(xp: Any, position: Array, mass: Array, place: Array, soft
     """-sum M/(d^2 + s^2)^(1/2) at positions (N, 3) of points (n,), (n, 3): (N,)."""
     total = xp.zeros(position.shape[0])
     for k in range(mass.shape[0]):
-        root = xp.sqrt(xp.sum((position - place[k]) ** 2, axis=1) + softening_squared)
-        total = total - mass[k] / xp.where(root > 0.0, root, 1.0)
+        total = total - mass[k] / _softened_distance(xp, position, place[k], softening_squared)
     return total
 
 
@@ -223,3 +222,9 @@ def _weight(xp: Any, position: Array, place: Array, softening_squared: Array, al
 def _growth(q: Array, ratio: Array) -> Array:
     """(1 + q)^1.5 - 1, where `ratio` is (1 + q)^1.5 to rounding."""
     return q * (3.0 + q * (3.0 + q)) / (1.0 + ratio)
+
+
+def _softened_distance(xp: Any, position: Array, place: Array, softening_squared: Array) -> Array:
+    """(d^2 + s^2)^(1/2) of positions (N, 3) from a point, and 1 where that is nothing: (N,)."""
+    root = xp.sqrt(xp.sum((position - place) ** 2, axis=1) + softening_squared)
+    return xp.where(root > 0.0, root, 1.0)
