@@ -115,6 +115,7 @@ def test_moments_of_the_particles_tend_to_those_of_a_solid_torus(torus) -> None:
     assert errors[0] / errors[1] > 2.5 and errors[1] / errors[2] > 2.5
 
 
+@pytest.mark.slow
 def test_particles_have_the_density_that_the_class_says() -> None:
     slope = made(density=lambda self, x: np.where(abs(x).max(axis=1) < 1.0, 2.0 + x[:, 0], 0.0),
                  extent=lambda self: (1.0, 1.0, 1.0))  # fmt: skip
@@ -143,6 +144,7 @@ def test_numbers_are_in_the_units_of_the_scene(torus) -> None:
 # Runs
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_bit_for_bit_and_names_what_is_missing(torus, tmp_path, monkeypatch) -> None:
     body = torus(mass=M, major_radius=R, minor_radius=r, specific_angular_momentum=L)
     file = tmp_path / "scene.toml"

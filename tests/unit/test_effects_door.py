@@ -99,6 +99,7 @@ def assert_the_drag_is_exact(dataset: Any, tolerance: float) -> None:
 # From Python
 
 
+@pytest.mark.slow
 def test_an_effect_from_python_acts_as_its_equation_says_and_goes_on_bit_for_bit(drag, tmp_path, monkeypatch) -> None:
     scene = loads(SCENE)
     whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole", effects=[drag(k=K)]))
@@ -190,6 +191,7 @@ def test_an_effect_that_states_no_size_is_on_where_effects_are_chosen(drag) -> N
     assert scene.effects["cubic_drag"] == {"k": K}
 
 
+@pytest.mark.slow
 def test_a_run_that_was_chosen_to_leave_an_effect_out_goes_on_and_branches(drag, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(drag, "size", Measure("k", "none", "here", lambda body, options: (0.0, 0.0)))
     text = SCENE.replace("[effects]", "").replace("units =", 'effects = "auto"\nunits =')
@@ -246,6 +248,7 @@ class Other(Effect):
         return 0.0
 
 
+@pytest.mark.slow
 def test_a_pair_term_from_outside_is_compiled_and_pulls(drag, tmp_path) -> None:
     scene = loads(SCENE, ["time.end=0.2", "output.series_every=0.1"], effects=[Cohesion(), drag(k=K)])
     assert scene.entries["cohesion"].cost == "neighbours" and scene.entries["cubic_drag"].cost == "particles"

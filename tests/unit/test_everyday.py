@@ -23,6 +23,7 @@ def numbers(text, pattern):
     return [float(number) for number in re.findall(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]\d+)?", line)]
 
 
+@pytest.mark.slow
 def test_pendulums_give_gravity(printed):
     lines = printed("pendulums")
     assert numbers(lines, "gravity from them")[0] == pytest.approx(9.80665, abs=1e-6)
@@ -72,6 +73,7 @@ def test_cells_grow_divide_and_come_to_rest(printed):
     assert numbers(lines, "at rest")[1] == 0  # no step went up
 
 
+@pytest.mark.slow
 def test_a_galaxy_is_its_parts(printed):
     lines = printed("galaxy", "--stars", 50_000)
     for star, exact in zip(numbers(lines, "of the stars"), numbers(lines, "closed form {3}"), strict=True):

@@ -89,6 +89,7 @@ def test_particles_of_a_flat_box_are_counted_before_they_are_placed(problem: str
     assert len(standard(problem).place(100, np.array([1.0, 1.0, 0.25]), 5 / 3).mass) < 800
 
 
+@pytest.mark.slow
 def test_a_star_whose_law_lets_it_not_turn_at_all_is_refused_with_the_limit() -> None:
     """j constant outside of 1e-30 km is no rotation: no period is the least."""
     with pytest.raises(SceneError, match=r"the least axis_ratio is 1\."):

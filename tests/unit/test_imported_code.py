@@ -119,6 +119,7 @@ def with_more(text):
     return code
 
 
+@pytest.mark.slow
 def test_a_line_in_gravity_makes_results_stale_that_depend_on_it_and_no_others():
     before = {name: as_it_is().digest(name) for name in DEPEND | DO_NOT}
     changed, only_said = with_more(b"\nTWO = 2\n"), with_more(b"\n# Only said.\n")

@@ -58,6 +58,7 @@ end = 1.0
 """
 
 
+@pytest.mark.slow
 def test_an_ellipsoid_takes_no_more_steps_than_it_may(tmp_path):
     """Up to its first record it would pulsate 1e7 times: it looks up after every part of them."""
     scene = load.loads(PULSATING.replace("MODEL", "ellipsoid").replace("MORE", "pressure_fraction = 0.5"))
@@ -101,6 +102,7 @@ def test_an_equilibrium_whose_entropy_no_number_holds_is_refused():
         prepare(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("material", "mass", "message"),
     [
@@ -124,6 +126,7 @@ def test_a_star_too_stiff_to_settle_is_refused():
         prepare(scene)
 
 
+@pytest.mark.slow
 def test_an_energy_beyond_a_materials_table_is_refused():
     """At a hundred-millionth of its density: what was taken for it had an energy of the other sign."""
     text = GASES.replace("EQUATION", 'kind = "materials"\nmaterials = [{ name = "ice", tillotson = "ice" }]')

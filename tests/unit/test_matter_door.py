@@ -130,6 +130,7 @@ class Warm(Matter):
 # Thermodynamics
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("warmth", [0.0, 0.7])
 def test_pressure_energy_and_sound_speed_agree(logotrope, warmth) -> None:
     with jax.enable_x64(True):
@@ -304,6 +305,7 @@ def test_energy_and_ledger_close(logotrope, tmp_path, setting) -> None:
     assert "given from Python" in found.attrs["own_matter"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timesteps", ["global", pytest.param("individual", marks=pytest.mark.full)])
 def test_matter_that_can_be_warm_keeps_what_viscosity_heats(tmp_path, timesteps) -> None:
     text = IDEAL.replace("radius = 1.0", f"radius = 1.0\nspecific_internal_energy = 6.0\nvelocity_gradient = {FALL}")
@@ -317,6 +319,7 @@ def test_matter_that_can_be_warm_keeps_what_viscosity_heats(tmp_path, timesteps)
     assert abs(errors[1]) < 1e-3 and errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_bit_for_bit_and_names_what_is_missing(logotrope, tmp_path, monkeypatch) -> None:
     matter = logotrope(reference_pressure=P0, reference_density=RHO0)
     file = tmp_path / "scene.toml"

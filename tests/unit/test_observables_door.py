@@ -141,6 +141,7 @@ def test_every_model_has_it_in_the_units_of_the_dataset(model, phase, tmp_path) 
         assert found.inertia.absent["quadrupole_phase"] == "the observable has no value for this body"
 
 
+@pytest.mark.slow
 def test_particles_and_options_come_in_the_units_of_the_run(tmp_path) -> None:
     scene = loads(GAS, ["time.max_steps=4"])
     own = [MassWithin("0.5 Rsun")]
@@ -168,6 +169,7 @@ def test_sinks_leave_their_particles_out(tmp_path) -> None:
 # Going on
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_bit_for_bit_and_names_what_is_missing(phase, tmp_path, monkeypatch) -> None:
     scene, own = loads(GAS), [phase(), MassWithin("0.5 Rsun")]
     whole = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "whole", observables=own))
@@ -271,6 +273,7 @@ def test_a_value_that_is_none_ends_in_a_sentence(dims, value, sentence, tmp_path
         astroinertia.run_scene(scene, tmp_path / "run", observables=[own()])
 
 
+@pytest.mark.slow
 def test_what_was_recorded_is_kept_where_it_fails_later_and_goes_on_once_it_is_right(tmp_path) -> None:
     failing = made(value=lambda self, body: 1.0 if body.time < 0.5 else 1 / 0)
     with pytest.raises(SceneError, match="failed at step"):
@@ -323,6 +326,7 @@ def test_what_a_scene_cannot_have_of_it_is_refused_in_a_sentence(phase, tmp_path
         astroinertia.run_scene(file, tmp_path / "run", observables=[phase()])
 
 
+@pytest.mark.slow
 def test_a_description_from_elsewhere_is_checked(phase, tmp_path) -> None:
     astroinertia.run_scene(loads(TURNING), tmp_path / "run", observables=[phase()])
     (tmp_path / "run" / "turning.nc").unlink()

@@ -50,6 +50,7 @@ def test_no_component_below_a_folder_may_be_a_link(tmp_path):
     assert own_folder(tmp_path / "mine", "b") == tmp_path / "mine/b"
 
 
+@pytest.mark.slow
 def test_companion_runs_are_not_written_through_a_link(tmp_path, monkeypatch):
     outside = tmp_path / "outside"
     outside.mkdir()

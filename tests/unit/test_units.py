@@ -110,6 +110,7 @@ def test_a_rate_without_angle_may_be_in_hertz_but_not_in_radians():
         quantity("3 rad/s", "rate")
 
 
+@pytest.mark.slow
 @given(st.text(max_size=90), st.sampled_from(sorted(DIMENSIONS)))
 def test_any_text_is_a_finite_number_or_refused(text, dimension):
     try:
@@ -213,6 +214,7 @@ def test_constants_are_those_of_codata_and_the_iau_to_the_last_bit():
     }
 
 
+@pytest.mark.slow
 def test_imperial_units_are_known_and_no_other_unit_changes_by_them():
     """By the definition of the pound and the yard of 1959."""
     for text, size in (("lb", 0.45359237), ("ft", 0.3048), ("mi", 1609.344), ("yd", 0.9144)):

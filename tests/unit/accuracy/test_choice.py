@@ -115,6 +115,7 @@ def particles(accuracy, *more):
     return load.loads(TOY_STAR, (*QUIET, f"accuracy={accuracy}", *more))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "accuracy", [pytest.param(3e-2, marks=pytest.mark.full), 3e-3, pytest.param(1e-3, marks=pytest.mark.full)]
 )
@@ -155,6 +156,7 @@ def test_a_table_has_its_own_number_which_a_plan_says(tmp_path):
         load.loads(gas, ("accuracy=3e-3",), str(tmp_path))
 
 
+@pytest.mark.slow
 def test_the_reported_errors_are_the_actual_ones(runs, tmp_path):
     formula = runs(Formula())
     found = choice.choose(particles(3e-3, "model='sph'"), tmp_path)
@@ -187,6 +189,7 @@ def test_nothing_more_is_said_where_no_more_is_stated(real):
     assert "stated" not in found.scene.choice
 
 
+@pytest.mark.slow
 def test_short_time_steps_are_made_shorter_where_they_are_what_errs(runs, tmp_path):
     formula = runs(Formula(steps=0.02))
     found = choice.choose(particles(1e-2, "model='sph'"), tmp_path)
@@ -202,6 +205,7 @@ def test_coarser_gravity_is_tried_where_multipoles_are_and_the_run_affords_it(ru
     assert found.settings.errors["gravity"] == 0.0  # the formula's runs do not see it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "settings", "why"),
     [
@@ -224,6 +228,7 @@ def test_an_observable_that_no_error_is_relative_to_is_refused(monkeypatch, tmp_
         choice.choose(load.loads(text, (*settings, "accuracy=0.01")), tmp_path)
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
     runs(Formula(resolution=5.0, seconds=1e-3))
     with pytest.raises(
@@ -233,6 +238,7 @@ def test_out_of_reach_is_refused_with_the_cost(runs, tmp_path):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
 
+@pytest.mark.slow
 def test_a_refusal_names_the_observable_that_errs_most(runs, tmp_path):
     """A star at rest beside a companion hardly turns: 1e6 particles were asked for, and no word of its spin."""
 
@@ -247,6 +253,7 @@ def test_a_refusal_names_the_observable_that_errs_most(runs, tmp_path):
         choice.choose(particles(1e-4, "model='sph'"), tmp_path, minutes=0.1)
 
 
+@pytest.mark.slow
 def test_more_particles_than_are_ever_chosen_are_refused_whatever_time_there_is(runs, tmp_path):
     formula = runs(Formula(steps=0.0, seconds=1e-9))
     wanted = (0.7 * 1e-6) ** (-3 / 2)  # 1.7e9, of which the formula's run takes 34 min
@@ -285,6 +292,7 @@ def test_an_exact_rung_is_taken_without_a_single_particle(tmp_path):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("apart", "model"), [(1e-4, "ellipsoid"), pytest.param(0.2, "sph", marks=pytest.mark.full)])
 def test_an_approximate_rung_is_taken_where_it_agrees_with_particles(runs, tmp_path, monkeypatch, apart, model):
     runs(Formula(models={"ellipsoid": apart}, steps=1e-5, often=100.0))
@@ -293,6 +301,7 @@ def test_an_approximate_rung_is_taken_where_it_agrees_with_particles(runs, tmp_p
     assert found.scene.model == model
 
 
+@pytest.mark.slow
 def test_an_approximate_rung_is_not_tried_where_it_takes_longer_to_compile_than_particles_to_run(
     runs, tmp_path, monkeypatch
 ):
@@ -302,6 +311,7 @@ def test_an_approximate_rung_is_not_tried_where_it_takes_longer_to_compile_than_
     assert {scene.model for scene in [found.scene, *formula.runs]} == {"sph"}
 
 
+@pytest.mark.slow
 def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
     formula = runs(Formula())
     for accuracy in (1e-2, 1e-5, 1e-9):
@@ -317,6 +327,7 @@ def test_the_cheapest_of_all_integrations_is_taken(runs, tmp_path):
         assert stages * max(steps, RECORDS) <= 1.8 * min(scan)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "accuracy",
     [
@@ -343,6 +354,7 @@ def test_pilots_cost_at_most_the_run_that_they_choose(runs, tmp_path, name, fine
     assert formula.error(found.scene)[0] <= accuracy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "settings", "accuracy"),
     [
@@ -375,6 +387,7 @@ def test_pilots_of_a_long_run_take_at_most_its_processor_time(runs, tmp_path, ac
     assert f"{duration(run)} with its start and {duration(pilots)}" in found.scene.choice["price"]
 
 
+@pytest.mark.slow
 def test_what_first_pilots_take_is_reported_before_and_by_a_plan(runs, tmp_path):
     reported = []
     formula = runs(Formula())
@@ -424,6 +437,7 @@ def test_what_cannot_be_chosen_is_said(tmp_path):
         choice.choose(load.load_file(SIMS / "core_to_pulsar_scaling.toml", ("accuracy=1e-3",)), tmp_path)
 
 
+@pytest.mark.slow
 def test_a_run_takes_the_choice_into_its_file(tmp_path):
     scene = load.loads(TOP, ("accuracy=1e-4",))
     found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "top"))
@@ -432,6 +446,7 @@ def test_a_run_takes_the_choice_into_its_file(tmp_path):
     assert (tmp_path / "top-pilots").is_dir()
 
 
+@pytest.mark.slow
 def test_what_pilots_take_is_no_part_of_the_time_of_the_run(tmp_path, monkeypatch):
     waited = 1e4
 

@@ -282,6 +282,7 @@ def judged(case, *settings, folder):
         yield at_end(data, observable), relative_error(value(data, observable), truth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "settings"),
     [
@@ -299,6 +300,7 @@ def test_the_error_of_a_run_without_particles_is_within_its_bar(name, settings, 
         assert true < bar < 5.0 * max(true, 1e-14)
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_after_a_number_of_steps_has_bars_to_its_end(tmp_path):
     """Its finer companion run ended after as many, at half the time, and the bars of the other half were nan."""
     scene = BY_NAME["rigid_top"].scene("time.end='1 s'", "output.series_every='0.02 s'", "time.max_steps=20", BARS)
@@ -323,6 +325,7 @@ def test_how_a_rigid_body_stands_and_turns_has_bars_that_hold(tmp_path):
         assert (bar[1:] <= 5.0 * true.max() + 1e-12 * abs(fine[name]).max()).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [150, pytest.param(600, marks=pytest.mark.full)])
 def test_the_error_of_a_particle_run_is_within_its_bar(count, tmp_path):
     settings = (f"body.particles={count}", "time.end=0.4", "output.series_every=0.1")
@@ -338,6 +341,7 @@ def whole(tmp_path_factory):
     return astroinertia.run_scene(TOP, tmp_path_factory.mktemp("runs") / "whole")
 
 
+@pytest.mark.slow
 def test_a_companion_run_that_was_interrupted_is_gone_on_with_and_the_finished_run_stays(tmp_path, whole):
     def interrupt(progress):
         if progress.part:
@@ -403,6 +407,7 @@ def test_a_scene_that_does_not_ask_for_bars_has_none(tmp_path):
     assert error_of(data, "inertia_tensor", i="z", j="z") is None
 
 
+@pytest.mark.slow
 def test_the_command_line_asks_for_bars_and_the_plan_tells_what_they_cost(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "dyson.toml").write_text(BY_NAME["dyson"].text)

@@ -62,6 +62,7 @@ def test_figures_of_equilibrium_are_closed_forms():
     assert spheroid.values["angular_velocity"][2] == SCENES["maclaurin"].scene().body.rotation.rate
 
 
+@pytest.mark.slow
 def test_far_companions_do_not_shorten_the_steps_of_the_exact_answer(monkeypatch):
     """The Earth for 24 days: with a tolerance in Earth radii the Sun, 23 000 away, takes 50 times the steps."""
     shown, steps = [], []

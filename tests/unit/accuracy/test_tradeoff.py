@@ -300,6 +300,7 @@ def test_the_command_prints_what_is_worth_its_cost_and_draws_it(formula, tmp_pat
     assert (tmp_path / "out" / "tradeoff.nc").exists()
 
 
+@pytest.mark.slow
 def test_the_command_goes_on_after_an_interruption(formula, tmp_path, capsys):
     formula.stop_after = 3
     assert command(tmp_path) == 130

@@ -58,6 +58,7 @@ def test_two_layers_have_the_exact_figure(entry):
     assert (figure.equatorial_radius - figure.polar_radius) == pytest.approx(figure.flattening, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_prem_has_its_reference_figure():
     """The first-order values: a body of PREM's layers that turns like the Earth, G such that G M is the Earth's."""
     inputs, value = PREM["inputs"], {key: float(number) for key, number in PREM["value"].items()}
@@ -71,6 +72,7 @@ def test_prem_has_its_reference_figure():
     assert radau_darwin_moment_ratio(figure.love_number) == pytest.approx(value["DarwinRadau_from_eta"], rel=2e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", SOME)
 def test_the_polytrope_of_index_one_has_its_closed_form(degree):
     """psi = j_l(pi x) for n = 1, so that k_l follows from Bessel functions; k_2 = 15/pi^2 - 1."""
@@ -81,6 +83,7 @@ def test_the_polytrope_of_index_one_has_its_closed_form(degree):
         assert exact == pytest.approx(15 / math.pi**2 - 1, rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", SOME)
 def test_a_homogeneous_body_and_shells_of_one_density(degree):
     exact = 3 / (2 * (degree - 1))

@@ -25,6 +25,7 @@ def test_equal_indices_make_a_single_polytrope(index):
         assert body.love_number(degree) == pytest.approx(love_number(index, degree), rel=5e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "entry",
     [LAYERS[0], *(pytest.param(each, marks=pytest.mark.full) for each in LAYERS[1:])],

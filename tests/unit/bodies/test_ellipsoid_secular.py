@@ -20,6 +20,7 @@ SCALE = {"mass": 2.0, "mean_radius": 3.0, "gravitational_constant": 0.5}
 FORK = 0.812670010611743
 
 
+@pytest.mark.slow
 def test_bifurcation_is_found_from_both_growth_rates():
     """To Jacobi's sequence by viscosity, to Dedekind's by radiation."""
     for friction in ({"kinematic_viscosity": 1.0}, {"speed_of_light": 1.0}):

@@ -65,6 +65,7 @@ def test_jeans_spheroids_lose_stability_where_the_tide_is_strongest():
     assert math.sqrt(1 - share**2) == pytest.approx(0.883026, abs=6e-7)
 
 
+@pytest.mark.slow
 def test_roche_ellipsoids_stay_stable_a_little_beyond_the_limit():
     """Chandrasekhar 1969, section 57: with circulation kept, dynamical instability comes after the Roche limit."""
     for ratio in (0.0, 1.0, 100.0):

@@ -118,6 +118,7 @@ def test_harmonics_and_nodes_converge_geometrically():
     assert all(after < before / 10 for before, after in itertools.pairwise(by_nodes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "index", [0.5, 3.0, *(pytest.param(each, marks=pytest.mark.full) for each in (0.1, 0.95, 1.5, 2.2, 4.0))]
 )

@@ -30,6 +30,7 @@ def test_prem_has_the_reference_mass_and_moment():
     assert earth.moment_ratio == pytest.approx(float(PREM["I_mean_MR2"]), rel=2e-12)
 
 
+@pytest.mark.slow
 def test_prem_has_its_published_pressure_and_gravity():
     """Dziewonski & Anderson 1981, table II: pressure to 0.1 kbar of 3638.5 at the centre, gravity 10.68 m/s2."""
     earth = prem()
@@ -41,6 +42,7 @@ def test_prem_has_its_published_pressure_and_gravity():
     assert not earth.stably_stratified  # its low-velocity zone is denser above than below
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name == "polynomial" else pytest.mark.full) for name in GALLERY]
 )
@@ -113,6 +115,7 @@ def test_results_are_64_bit_with_and_without_the_switch():
         jax.grad(lambda rho: constant_layers([0.5, 1.0], jax.numpy.stack([rho, 1.0])).moment_ratio)(2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("switch", [False, True])
 def test_series_of_xarray_are_arrays_to_functions_of_jax(switch):
     body, radii = GALLERY["linear"], np.array([[0.1, 0.2], [0.3, 0.9]])

@@ -135,6 +135,7 @@ def test_prem_as_published():
         assert loaded.k == pytest.approx(row[2], rel=4e-3)
 
 
+@pytest.mark.slow
 def test_a_load_and_a_tide_are_reciprocal():
     for planet in (elastic_prem(), interior("Moon"), interior("Mars")):
         for degree in (2, 5, 40, 500):
@@ -244,6 +245,7 @@ def test_seismic_moon_and_mars_at_the_periods_of_their_tides():
                 assert (abs(found.k.real - 0.174) < 0.008) == (exponent >= 0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 11, 40, 200])
 def test_fluids_of_one_layer_at_any_degree(degree):
     """A homogeneous one in closed form, 3/(2 (l - 1)), and one that is denser inside by Clairaut's equation."""
@@ -255,6 +257,7 @@ def test_fluids_of_one_layer_at_any_degree(degree):
     assert love_numbers(yielding_body(condensed, [0.0]), degree).k == pytest.approx(exact, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_fluids_have_the_love_numbers_of_clairauts_equation():
     earth = prem()
     count = len(earth.outer_radii)
@@ -295,6 +298,7 @@ def test_compression_yields_more_and_thin_layers_change_nothing():
     assert love_numbers(yielding_body(cut, [6e10] * 5, [1e11] * 5)).k == pytest.approx(soft, rel=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degree", [2, 10, 60, 150])
 @pytest.mark.parametrize("rigidity", [1.5e11, 1e8, 1e6])
 def test_a_cut_through_a_layer_of_varying_density_changes_nothing(rigidity, degree):

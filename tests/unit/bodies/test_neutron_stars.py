@@ -13,6 +13,7 @@ from astroinertia.units import SOLAR_MASS, SPEED_OF_LIGHT
 GAMMA_TWO = polytrope(100.0, 2.0)
 
 
+@pytest.mark.slow
 def test_the_heaviest_star_of_gamma_two():
     """Scale free: M_max = 0.1637 sqrt(K), at rho_c = 0.318/K (Cook, Shapiro & Teukolsky 1994, ApJ 422, 227: 0.164)."""
     heaviest = maximum_mass(GAMMA_TWO)
@@ -27,6 +28,7 @@ def test_the_heaviest_star_of_gamma_two():
     assert heaviest.causal
 
 
+@pytest.mark.slow
 def test_a_star_of_a_mass():
     heaviest = maximum_mass(GAMMA_TWO)
     for mass in (1e-3, 0.5, 1.4, heaviest.mass * (1 - 1e-9)):

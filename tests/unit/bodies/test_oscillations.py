@@ -161,6 +161,7 @@ def test_neutral_stratification_has_no_g_modes(index):
     assert labels == ["f", "p1", "p2"]
 
 
+@pytest.mark.slow
 def test_the_f_mode_of_a_high_degree_is_a_wave_on_the_surface_among_those_of_the_core():
     """Waves of deep water have omega^2 = l g/R; g modes of n = 3.5 come to 34, too faint to be seen at the surface."""
     slower, surface, faster = nonradial_modes(3.5, 5 / 3, 40, pressure_modes=1, gravity_modes=1)

@@ -59,6 +59,7 @@ def test_a_polytrope_may_be_rigid():
 POLYTROPE = '[body]\nkind = "polytrope"\nindex = 1.0\nmass = 5.0\nradius = 2.0\n'
 
 
+@pytest.mark.slow
 def test_a_polytrope_turns_with_its_share_of_the_energy_that_binds_it():
     """|W| = 3/(5 - n) G M^2/R."""
     found = record(POLYTROPE + "rotation = { t_over_w = 0.01 }\n[effects.gravity]\n")
@@ -90,6 +91,7 @@ def test_a_share_of_break_up_that_is_none_is_refused(text, problem):
         loads(HEAD + text + NONE)
 
 
+@pytest.mark.slow
 def test_a_pivot_takes_the_moments_to_the_fixed_point():
     found = made(BODY + "rotation = { rate = 1.0, axis = [1, 0, 0] }\n" + PIVOT)
     assert np.asarray(found.body.moments) == pytest.approx([1.5, 2.5, 3.5])
@@ -144,6 +146,7 @@ def test_obliquity_and_wobble_are_angles_of_the_angular_momentum(obliquity, wobb
     assert f"{obliquity:.6g} deg" in text and f"{wobble:.6g} deg" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "wobble"), [(1.5, 0.0), (2.0, 0.0), (2.0, 0.3)])
 def test_a_body_that_its_spin_deforms_has_the_moments_of_the_scene_at_the_rate_of_its_bulge(rate, wobble):
     """D = k R^5/(3 G) = 0.05: L = I Omega at 1.5, and beside that 2/3 D (Omega^2 - 1.5^2) Omega at another rate."""

@@ -336,6 +336,7 @@ LOADED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [pytest.param(command, marks=() if command in ("moments", "show") else pytest.mark.full) for command in LOADED],

@@ -43,6 +43,7 @@ def test_the_table_has_every_body_and_what_is_known_of_it(elsewhere, capsys):
         assert str(written["source"].sel(body="Mars").values).startswith("Le Maistre")
 
 
+@pytest.mark.slow
 def test_markdown_has_a_source_in_every_row_and_is_the_table_of_the_guide(capsys):
     assert main(["ratios", "--markdown"]) == 0
     printed = capsys.readouterr().out
@@ -71,6 +72,7 @@ def test_a_core_density_gives_the_core_with_the_published_ratio(capsys):
     assert capsys.readouterr().out == printed
 
 
+@pytest.mark.slow
 def test_the_compressed_core_is_of_the_density_and_ratio_that_are_stated(capsys):
     assert main(["ratios", "--body", "Mars", "--compressed", "--core-density", "7000", "--moment-ratio", "0.36"]) == 0
     uniform, compressed = capsys.readouterr().out.split("the same with layers compressed")
@@ -246,6 +248,7 @@ def test_a_sweep_goes_to_netcdf(dask, elsewhere, capsys):
         assert found.attrs["body"] == "Mars"
 
 
+@pytest.mark.slow
 def test_a_sweep_of_ones_own_planet_is_drawn_over_what_was_swept(elsewhere, capsys):
     sweep = ["--sweep", "core_density=9000:12000:4", "--plot", "sweep.png"]
     assert main(["ratios", *OWN, "--moment-ratio", "0.3307", *sweep]) == 0

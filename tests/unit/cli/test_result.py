@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 DISK_FULL = """
 import resource, sys
 from pathlib import Path
@@ -25,6 +27,7 @@ for size in (1000, 30_000, 100_000):  # of 170 kB
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_reported_in_a_sentence_and_what_was_there_is_kept(tmp_path):
     done = subprocess.run(
         [sys.executable, "-B", "-c", DISK_FULL, str(tmp_path)], capture_output=True, text=True, check=False

@@ -86,6 +86,7 @@ def test_the_command_knows_the_pictures_of_particles_without_importing_what_draw
     assert show.OF_PARTICLES == pictures.OF_PARTICLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [["--only", "spin"], ["--output", "pictures"]])
 def test_options_of_pictures_are_not_for_a_whole_sweep(options, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -97,6 +98,7 @@ def test_options_of_pictures_are_not_for_a_whole_sweep(options, tmp_path, capsys
     assert not (tmp_path / "pictures").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [["show"], ["report"], ["compare", "{run}"]])
 def test_a_file_of_several_runs_is_refused_in_a_sentence(command, run, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -155,6 +155,7 @@ def test_all_parts_of_a_step_are_timed():
 # Predictions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [
     pytest.param(path, id=path.stem, marks=[pytest.mark.full(inputs=[f"sims/{path.name}"])] * (path.stem in LONGER))
     for path in SIMS
@@ -587,6 +588,7 @@ def test_drag_and_diffusion_limit_the_steps_that_are_planned() -> None:
     assert thick[1] == pytest.approx(10.0 * thick[0], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("particles", "records", "snapshots"), [(64, 0.01, 0.5), (300, 0.1, 0.05)])
 def test_the_folder_of_few_particles_is_as_large_as_predicted(particles, records, snapshots, tmp_path):
     """With two checkpoints, and with all snapshots where these are more than the records."""

@@ -45,6 +45,7 @@ def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -88,6 +89,7 @@ def test_a_homologous_core_is_followed_to_a_tenth_of_its_size(start, end):
     assert course.counted(scene).steps == pytest.approx({"parabolic": 205, "rest": 319}[start], rel=0.1)
 
 
+@pytest.mark.slow
 def test_no_number_of_steps_is_claimed_of_a_collapse_that_nothing_stops():
     """Nor of a cloud of one temperature by the pressure that would hold it up: one took 1453 steps, not 200."""
     cold = load.loads(CLOUD, ["equation_of_state.sound_speed=0.05"])

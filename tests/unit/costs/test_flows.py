@@ -105,6 +105,7 @@ def test_viscosity_is_spared_in_layers_that_slide_slower_than_sound():
     assert limited == pytest.approx(quiet, rel=0.15)
 
 
+@pytest.mark.slow
 def test_more_particles_take_more_steps_by_the_cube_root_of_how_many_are_placed():
     few, many = (of("sod", f"body.particles={count}") for count in (2000, 16000))
     more = (_placed(many) / _placed(few)) ** (1 / 3)

@@ -37,6 +37,7 @@ end = 1.0
 KEPT = SCENE.replace("[effects.gravity]\n[effects.pressure]", "[effects.gravity]\nsoftening = 0.05")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [SCENE, KEPT], ids=["adapting", "kept"])
 def test_limits_at_first_are_about_those_of_the_body(text, tmp_path, monkeypatch):
     """A uniform ball: each criterion within the scatter of a random one, also where smoothing lengths are stated."""

@@ -36,6 +36,7 @@ def test_shells_are_as_dense_as_the_planet_that_is_solved_for(name):
     np.testing.assert_allclose(found.density, exact.density_enclosing(within), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_sound_in_the_shells_is_that_of_the_matter():
     scene = scene_of("giant_impact").alone()[0]
     found, matter = planet(scene), materials(scene.equation_of_state, scene.origin, code_units(scene))
@@ -48,6 +49,7 @@ def test_sound_in_the_shells_is_that_of_the_matter():
         np.testing.assert_allclose(found.signal[own], exact, rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_predicting_planets_and_stars_from_tables_imports_no_engine_and_takes_little_time():
     program = (
         "import sys, time\n"

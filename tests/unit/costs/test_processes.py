@@ -40,6 +40,7 @@ def test_what_a_process_works_and_is_sent_is_as_measured():
         assert processes.received(particles, count) / particles == pytest.approx(received, rel=0.15)
 
 
+@pytest.mark.slow
 def test_one_process_takes_what_it_takes_without_others_and_more_take_less_until_they_only_wait():
     scene = cloud(100_000)
     alone = predict(scene, machine.shipped())

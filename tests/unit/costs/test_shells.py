@@ -108,6 +108,7 @@ def test_cores_bounce_when_grids_say(name):
     assert greatest[first] * units.unit("density") == pytest.approx(converged["density at bounce"], rel=0.2)
 
 
+@pytest.mark.slow
 def test_the_demo_takes_as_many_steps_as_are_predicted():
     """1286 steps of 3000 particles, as its run took (guide/performance.md)."""
     done = course.counted(load.load_file(SIMS / "pulsar_collapse.toml"))

@@ -45,6 +45,7 @@ def test_a_rigid_body_has_nothing_of_particles_and_no_waves(file: Path) -> None:
     assert set(tree.data_vars) == set(ds.data_vars) and tree.inertia.absent == absent
 
 
+@pytest.mark.slow
 def test_the_file_has_all_of_the_schema_and_code_gets_it_back(file: Path, tmp_path: Path) -> None:
     ds, full = astroinertia.open(file), dataset.open(file)
     assert set(full.data_vars) >= {*RECORDED, *DERIVED}

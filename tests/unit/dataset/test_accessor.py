@@ -60,6 +60,7 @@ def latest(figure: Any) -> float:
     return max(float(np.max(times)) for times in curves if len(times) > 2)
 
 
+@pytest.mark.slow
 def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) -> None:
     times, middle = ds.time.values, float(ds.time[12])
     for start in (middle, middle * u.s, f"{middle!r} s", 1e3 * middle * u.ms):
@@ -74,6 +75,7 @@ def test_times_size_and_path_do_what_they_say(ds: xr.Dataset, tmp_path: Path) ->
     plt.close("all")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["inertia", "spin", "attitude", "energy", "shape", "ledger"])
 def test_pictures_are_in_the_order_of_time_and_show_a_single_record(name: str, ds: xr.Dataset, tmp_path: Path) -> None:
     forth, back = (getattr(part.inertia, f"plot_{name}")(path=tmp_path / f"{turn}.png")
@@ -147,6 +149,7 @@ def test_times_in_another_unit_are_refused(ds: xr.Dataset) -> None:
         assert float(found.rate) == pytest.approx(known, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("part", "sentence"),
     [
@@ -207,6 +210,7 @@ def test_the_mean_angular_velocity_of_a_body_whose_axis_moves_is_its_size(ds: xr
     assert back.inertia.spin_rate()[0] > 0.0 > back.inertia.spin_rate()[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", [0.3, 0.8, 0.97])
 def test_a_star_that_turns_so_fast_is_said_to_turn_so_fast(ds: xr.Dataset, asked: float) -> None:
     """The exact star of 80 % of break-up has that fraction by its equator and J2, and sheds no mass."""

@@ -58,6 +58,7 @@ def test_a_motion_that_is_no_line_and_no_oscillation_is_said_to_be_neither():
     assert course(time, 0.05 * time + 1e-3 * blows) is not None
 
 
+@pytest.mark.slow
 def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
     ds = top(tmp_path, [1.0, 1.0, 1.5], 0.3)
     inertia, momentum = ds.inertia_tensor.values[0], ds.angular_momentum.values[0]
@@ -77,6 +78,7 @@ def test_a_free_symmetric_top_wobbles_and_precesses_as_euler_says(tmp_path):
     assert "wobble period" in summary(ds) and "precession rate, of torques" not in summary(ds)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moments", [[0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])
 def test_the_wobble_of_a_body_whose_largest_moments_are_equal_is_that_from_their_plane(tmp_path, moments):
     """Between them any axis has the largest moment; friction takes a long body there in the time that was asked for."""
@@ -203,6 +205,7 @@ def test_the_elastic_earth_wobbles_in_the_time_that_its_attitude_shows(tmp_path)
     assert ds.wobble_period.values / DAY == pytest.approx(445.39, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_wobble_period_of_what_hardly_yields_is_that_of_a_rigid_body(tmp_path):
     """Of three moments L goes round by a varying rate: its rate at a record had been 50 % off."""
     effect = "effects.rotational_deformation={love_number = 1e-9, radius = 1.0, rate = 0.0}"

@@ -185,6 +185,7 @@ def moving_records(times):
 CODE = {"name": "moving", "dimensionless": True, "effects": ["one", "other"], "model": "ellipsoid"}
 
 
+@pytest.mark.slow
 def test_rate_and_acceleration_are_the_derivatives_of_the_inertia_tensor():
     records, rates, accelerations = moving_records([0.0, 0.3, 0.7, 1.1])
     found = dataset.headline(stacked(records), CODE)
@@ -195,6 +196,7 @@ def test_rate_and_acceleration_are_the_derivatives_of_the_inertia_tensor():
     np.testing.assert_allclose(abs(found["figure_rotation_rate"][:, z]), 1.0, rtol=1e-11)
 
 
+@pytest.mark.slow
 def test_shares_add_up_to_the_whole():
     records, _, accelerations = moving_records([0.2, 0.9])
     found = dataset.headline(stacked(records), CODE).inertia
@@ -362,6 +364,7 @@ def test_quantities_that_the_schema_does_not_know_are_kept(tmp_path):
         assert group["colour"].dims == ("snapshot_time", "particle", "colour_0")
 
 
+@pytest.mark.slow
 def test_a_scene_without_effects_or_snapshots(tmp_path):
     record = {name: value for name, value in affine_run()[0][0].items() if name in ("time", "mass", "inertia_tensor")}
     path = written(tmp_path, [record], [], {**CODE, "effects": []}, segments=1)
@@ -402,6 +405,7 @@ for size in (1000, 30000, 150000, 600000):  # of 616 kB
 """
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_when_the_file_is_written_is_reported_and_the_rest_kept(run, tmp_path):
     shutil.copytree(run, tmp_path / "run")
     (tmp_path / "run" / "affine_star.nc").unlink()
@@ -460,6 +464,7 @@ def test_a_long_scene_survives(tmp_path):
     assert dataset.open(path).attrs["scene"] == text
 
 
+@pytest.mark.slow
 def test_the_accessor_works_on_plain_xarray_in_a_fresh_interpreter(run):
     script = (
         "import sys, xarray as xr, astroinertia\n"

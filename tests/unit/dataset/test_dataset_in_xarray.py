@@ -63,6 +63,7 @@ def test_chunks_read_only_what_is_asked_for_and_the_same_numbers(run, opened):
     xr.testing.assert_identical(lazy.load(), opened)
 
 
+@pytest.mark.slow
 def test_particles_of_runs_that_were_put_together_are_never_those_of_another(run, opened, tmp_path):
     """xarray keeps the name of the first file alone: the particles of the second run are not known, not the first's."""
     records, snapshots = affine_run(outputs=24, particles=64)
@@ -95,6 +96,7 @@ def test_a_dataset_that_was_cut_or_interpolated_keeps_its_particles(cut, opened)
     assert found.inertia.snapshots.sizes["particle"] == 64
 
 
+@pytest.mark.slow
 def test_a_lazy_tree_has_one_snapshot_a_chunk_and_can_be_opened_again(run):
     trees = [astroinertia.open_tree(run, chunks={}) for _ in range(3)]  # netCDF has crashed on files opened again
     for tree in trees:

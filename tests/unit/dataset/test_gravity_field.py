@@ -90,6 +90,7 @@ def test_a_homogeneous_ellipsoid_has_the_closed_form_at_each_record() -> None:
     assert abs(run.gravity_coefficient[-1, 1]) > 1e-3
 
 
+@pytest.mark.slow
 def test_in_principal_axes_j2_is_that_of_the_principal_moments(tree) -> None:
     series = tree.to_dataset()
     turned = course(UNIFORM + FALLS, "ellipsoid", 1.0)
@@ -100,6 +101,7 @@ def test_in_principal_axes_j2_is_that_of_the_principal_moments(tree) -> None:
         sweep.inertia.gravity_field()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model",
     ["ellipsoid", pytest.param("rigid", marks=pytest.mark.full), pytest.param("scaling", marks=pytest.mark.full)],
@@ -151,6 +153,7 @@ def test_wrong_arguments_are_refused(tree) -> None:
         tree.inertia.gravity_field(normalization="full")
 
 
+@pytest.mark.slow
 def test_a_member_of_a_sweep_has_the_field_of_its_own_layers(tmp_path) -> None:
     """Of members with other profiles the sweep notes no layers."""
     scene = (SIMS / "core_to_pulsar_scaling.toml").read_text().replace('end = "0.3 s"', 'end = "20 ms"')

@@ -181,6 +181,7 @@ def test_a_body_spins_where_its_angular_momentum_is_beyond_round_off_of_its_moti
         np.testing.assert_array_equal(alone, [0.0, 0.0, -1.0] if sine else largest[0])
 
 
+@pytest.mark.slow
 def test_particles_of_a_rotating_star_have_its_flattening() -> None:
     text = '[body]\nkind = "rotating_star"\nindex = 1.5\naxis_ratio = 0.8\nmass = 1.0\nradius = 2.0\nrelax = false\n'
     found = course(text + 'particles = 1000\n[equation_of_state]\nkind = "ideal"\n', "sph").isel(time=0)

@@ -188,6 +188,7 @@ def test_growth_and_turning_are_found_in_a_dataset():
         data.inertia.growth_rate("bar_strength", 1.0, 1.05)
 
 
+@pytest.mark.slow
 def test_a_pattern_speed_needs_a_mode_that_has_a_size():
     records, _ = affine_run(outputs=24, particles=64)
     amplitude = np.zeros((len(records), 4))
@@ -206,6 +207,7 @@ def test_a_pattern_speed_needs_a_mode_that_has_a_size():
     assert float(found) == pytest.approx(0.3, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_means_of_phases_are_phases_of_means():
     """Phases go on over whole turns: a mean over both sides of one would be half a turn off."""
     records, _ = affine_run(outputs=60, particles=64)

@@ -100,6 +100,7 @@ def drag(monkeypatch: pytest.MonkeyPatch) -> Any:
 # What it does
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "setting", ['engine="numba_cpu"', pytest.param('engine="xla"', marks=pytest.mark.full), 'timesteps="individual"']
 )
@@ -124,6 +125,7 @@ def test_halving_the_step_takes_a_fourth_of_the_error(tmp_path) -> None:
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_states_and_accelerations_are_in_si(tmp_path) -> None:
     seen: list[Any] = []
 
@@ -175,6 +177,7 @@ def test_a_torque_by_a_function_is_that_of_an_effect(tmp_path, integrator) -> No
     assert float(abs(ds.integration_energy_error).max()) < 1e-8
 
 
+@pytest.mark.slow
 def test_it_goes_on_bit_for_bit_and_only_where_it_is_given_again(tmp_path, monkeypatch) -> None:
     """Of two functions each keeps its own row of the ledger."""
     whole = run(loads(SCENE), tmp_path / "whole", upwards, cubic)

@@ -436,6 +436,7 @@ def test_scenes_with_strong_conduction_stay_finite(timesteps: str, engine: str, 
         assert float(abs(ds["integration_energy_error"]).max()) < 1e-6 * float(abs(ds["total_energy"]).max())
 
 
+@pytest.mark.slow
 def test_pair_functions_are_finite_with_their_gradients_where_particles_coincide() -> None:
     for kind, options in (
         ("viscosity", {}),

@@ -110,6 +110,7 @@ def in_units(what, units):
     return replace(what, **found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["earth_in_a_century", "star_that_cools_slowly", "hot_cloud_let_go"])
 def test_sizes_of_effects_do_not_depend_on_units(scene):
     body = characteristic(load_file(SCENES / f"{scene}.toml"))
@@ -396,6 +397,7 @@ def test_what_a_scene_does_not_tell_is_kept_on_with_that_reason(tmp_path):
     assert all("not known" in reason for reason in scene.reasons.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_the_list_is_chosen_exactly_and_with_its_orders_of_magnitude(name):
     scene = load_file(SCENES / f"{name}.toml")

@@ -31,6 +31,7 @@ def start():
     return jnp.array(1.0), jnp.array(0.0)
 
 
+@pytest.mark.slow
 def test_a_hundred_periods_to_the_tolerance():
     end = 200.0 * np.pi
     found = adaptive.advance(oscillator, 1.0, start(), 0.0, end, 0.1)
@@ -62,6 +63,7 @@ def test_a_condition_ends_it_with_the_step():
     assert float(found.state[0]) == pytest.approx(np.cos(float(found.time)), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_singularity_is_said_to_fail():
     found = adaptive.advance(blow_up, None, jnp.array(1.0), 0.0, 2.0, 0.1)  # 1 / (1 - t)
     assert bool(found.failed) and float(found.time) < 1.0 + 1e-9

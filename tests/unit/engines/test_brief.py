@@ -31,6 +31,7 @@ def looped(x):
     return jax.lax.fori_loop(0, 3, lambda _, y: jnp.sin(y) * x, x)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", OF_A_NUMBER)
 def test_values_and_derivatives_are_those_of_the_function(way):
     found, expected = (OF_A_NUMBER[way](function) for function in (brief(looped), looped))

@@ -6,6 +6,7 @@ import sys
 
 import jax
 import jax.numpy as jnp
+import pytest
 
 from astroinertia.engines.double import in_double
 
@@ -44,10 +45,12 @@ def test_jax_that_is_there_computes_in_64_bits_until_the_end():
         assert jnp.zeros(1).dtype == "float32"
 
 
+@pytest.mark.slow
 def test_jax_that_is_imported_within_does_so_in_all_threads_until_the_outermost_end():
     assert printed(IMPORTED_WITHIN) == ["float64", "float64", "float32"]
     assert printed(IMPORTED_WITHIN, JAX_ENABLE_X64="true") == ["float64", "float64", "float64"]
 
 
+@pytest.mark.slow
 def test_jax_that_is_imported_afterwards_is_left_alone():
     assert printed(IMPORTED_AFTERWARDS) == ["float32", "float64"]

@@ -117,6 +117,7 @@ def test_what_is_only_noted_is_computed_by_numpy() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_jax_computes_the_same() -> None:
     with jax.enable_x64(True):
         found = elementwise(jnp, turned, *map(jnp.asarray, (MASS, VECTOR, MATRIX)), 0.3)

@@ -111,6 +111,7 @@ def test_what_another_process_compiles_is_waited_for_and_found(file) -> None:
     assert (result, words, compiled) == (6 + os.getpid(), "compiling doubled", 0)
 
 
+@pytest.mark.slow
 def test_what_a_killed_process_was_to_compile_is_compiled_here(file) -> None:
     text = TEXT.format(more=-os.getpid())
     with other(file, text) as child:
@@ -119,6 +120,7 @@ def test_what_a_killed_process_was_to_compile_is_compiled_here(file) -> None:
     assert (result, compiled) == (6 - os.getpid(), 1)
 
 
+@pytest.mark.slow
 def test_a_program_is_free_again_once_it_is_kept_and_nothing_is_claimed_afterwards(file) -> None:
     missed: list[None] = []
     text = TEXT.format(more=0.5)

@@ -139,6 +139,7 @@ def test_few_particles_have_the_sums_of_many(reference, monkeypatch):
     assert all(np.array_equal(one, other) for one, other in zip(few[2:], many[2:], strict=True)) and len(few) > 10
 
 
+@pytest.mark.slow
 def test_a_wider_program_does_for_some_of_its_effects(reference, monkeypatch):
     arrangement, _, fields = reference
     wide, terms = Engine(programs=((SHEAR,), NEIGHBOUR_TERMS)), (LONE, UNLIMITED)
@@ -281,6 +282,7 @@ def test_momentum_is_kept_to_round_off(reference):
 
 
 # In mixed precision these terms would be compiled for this alone; those of fluids: tests/physics/test_engines_agree.py.
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", pytest.param("mixed", marks=pytest.mark.full)])
 def test_the_number_of_threads_changes_no_bit(precision):
     position, mass = clustered(3000)
@@ -438,6 +440,7 @@ def test_generated_code_is_kept_where_nobody_else_can_write(tmp_path, monkeypatc
     assert numba_cache.kernel_directory() != blocked / "kernels"
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing_again(reference):
     """The cache serves a new interpreter: numba reports hits and no misses for the entry function."""
     Engine().neighbour_sums(reference[0], KERNEL, (SHEAR,), reference[2])

@@ -42,6 +42,7 @@ print(vector_bits())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=() if name in ("generic", "AVX-512") else pytest.mark.full) for name in PROCESSORS],

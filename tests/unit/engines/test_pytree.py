@@ -62,12 +62,14 @@ def test_trees_are_rebuilt_as_jax_does():
         with_leaves(Fruit(1.0), {})
 
 
+@pytest.mark.slow
 def test_no_class_is_registered_another_way():
     for file in Path(astroinertia.__file__).parent.rglob("*.py"):
         names = {node.attr for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Attribute)}
         assert "register_dataclass" not in names, file
 
 
+@pytest.mark.slow
 def test_what_is_made_before_jax_is_imported_is_a_pytree_all_the_same():
     program = (
         "import sys; from astroinertia.inertia.shapes import disc; one = disc(4.0, 2.0);"

@@ -53,6 +53,7 @@ def test_words_and_lists_of_arguments_are_replaced_below_the_mark(tmp_path):
     assert templates.template(str(file), more=[]).startswith("def taken(a, b):\n")
 
 
+@pytest.mark.slow
 def test_every_node_has_the_moments_of_its_particles(plain):
     order, nodes = 5, trees.tree(POSITION, leaf_size=6, threads=1)
     x, y, z, m, clamp = np.zeros((5, COUNT + 64))

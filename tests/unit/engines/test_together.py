@@ -97,6 +97,7 @@ def evaluated(together, mass, position, targets):
     return arrays
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("some", [pytest.param(False, marks=pytest.mark.full), True])
 def test_several_processes_get_the_bits_of_one(cloud, some):
     targets = np.flatnonzero(np.random.default_rng(3).uniform(size=COUNT) < 0.6) if some else None
@@ -109,6 +110,7 @@ def test_several_processes_get_the_bits_of_one(cloud, some):
     assert rows > PROCESSES * FEWEST  # else nothing was shared out
 
 
+@pytest.mark.slow
 def test_every_process_does_its_part_alone(cloud):
     def received(together):
         evaluated(together, *cloud, None)

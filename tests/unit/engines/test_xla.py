@@ -95,6 +95,7 @@ def test_sums_are_those_over_all_pairs(kernel):
     assert_close(found, expected, 1e-13)
 
 
+@pytest.mark.slow
 def test_lists_that_are_out_of_date_lose_no_pair():
     """Particles thrown far about, and a kernel that reaches further than the lists, change the cost alone."""
     engine = Engine(wide_leaf=32)
@@ -232,6 +233,7 @@ def test_reverse_mode_stores_no_pairs():
     assert arrangement.neighbours.leaf.shape[0] > 8  # several chunks
 
 
+@pytest.mark.slow
 def test_results_have_the_same_bits_each_time_and_hardly_depend_on_chunks():
     results = []
     for chunk in (4096, 4096, 1 << 17):
@@ -264,6 +266,7 @@ def test_lists_hold_all_neighbours_and_margins():
     assert engine.stale(arrangement, position + 0.07 * h[:, None] * np.sign(position), h)
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_in_the_compiled_program_where_it_is_listed_and_only_there():
     engine = Engine()
     arrangement, fields = body(engine)

@@ -58,6 +58,7 @@ def added(found, function):
     return len(found) - before
 
 
+@pytest.mark.slow
 def test_values_and_structures_are_those_of_the_function():
     arguments = {"a": np.linspace(0.1, 1.0, 3)}, 0.25
     found, wanted = in_pieces(some_work)(*arguments), some_work(*arguments)
@@ -65,6 +66,7 @@ def test_values_and_structures_are_those_of_the_function():
     jax.tree.map(partial(np.testing.assert_allclose, rtol=1e-14), found, wanted)
 
 
+@pytest.mark.slow
 def test_a_call_compiles_what_none_before_it_has(compilations):
     def work(tree, extra):
         return some_work(tree, extra)
@@ -82,6 +84,7 @@ def test_a_call_compiles_what_none_before_it_has(compilations):
     assert added(compilations, lambda: in_pieces(work)(*other_shapes)) >= 4
 
 
+@pytest.mark.slow
 def test_within_a_program_it_is_a_part_of_it_and_has_derivatives():
     array = jnp.linspace(0.1, 1.0, 3)
 

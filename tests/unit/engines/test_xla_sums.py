@@ -31,6 +31,7 @@ def test_sums_along_any_axis_of_several_are_those_of_numpy(axis):
         np.testing.assert_allclose(found, terms.sum(axis=axis), rtol=1e-14, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_sums_forwards_and_backwards():
     def norm(x):
         total, square = sums([x, x * x])

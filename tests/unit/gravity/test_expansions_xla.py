@@ -35,6 +35,7 @@ def test_harmonics_are_monomials_without_their_squares_of_z():
         assert found[a] == pytest.approx(value, abs=1e-17), a
 
 
+@pytest.mark.slow
 def test_there_are_as_many_as_harmonic_polynomials_and_they_are_harmonic():
     order, step = 5, 1e-3
     assert len(harmonics(order, POINT)) == len(harmonic(order)) == (order + 1) ** 2

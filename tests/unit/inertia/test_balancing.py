@@ -98,6 +98,7 @@ def test_only_the_products_with_the_axis_count():
         assert (vector == 0.0).all()
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 10**6),
     st.floats(-6, 6),
@@ -117,6 +118,7 @@ def test_the_equivalent_in_two_planes_is_the_same_unbalance(seed, mass, length, 
     assert (abs(planes[0] * vectors[:, 0] + planes[1] * vectors[:, 1] - dynamic) <= 1e-13 * 4 * length * size).all()
 
 
+@pytest.mark.slow
 def test_batches_and_jax_give_the_same():
     jax = pytest.importorskip("jax")
     static, dynamic = np.random.default_rng(4).normal(size=(2, 6, 2))
@@ -249,6 +251,7 @@ def test_one_hole_is_chosen_or_not_and_no_hole_is_refused():
             balancing.best_holes(*one, holes, holes, holes, masses, most)
 
 
+@pytest.mark.slow
 def test_corrections_can_be_compiled():
     static, planes = jnp.array([0.006, 0.002]), jnp.array([-0.1, 0.3])
 

@@ -189,6 +189,7 @@ def test_conventions_are_those_of_their_names(normalization: str, csphase: int) 
     np.testing.assert_allclose(again.coefficients, field.coefficients, rtol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("matrix", [TURN, np.diag([1.0, 1.0, -1.0]), -TURN], ids=["turned", "mirrored", "both"])
 def test_a_turned_body_has_the_turned_field(matrix: np.ndarray) -> None:
     mass, place = particles()

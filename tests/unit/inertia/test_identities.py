@@ -143,6 +143,7 @@ def test_the_second_moment_and_the_tensor_invert_each_other(cloud):
     assert_near(inertia, tensor.inertia_tensor(*cloud), size_of(inertia))
 
 
+@pytest.mark.slow
 @given(clouds(), some.randoms(use_true_random=False), some.permutations(range(3)))
 def test_the_order_of_particles_and_the_names_of_the_axes_do_not_matter(cloud, random, names):
     mass, position = cloud

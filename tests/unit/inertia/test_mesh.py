@@ -277,6 +277,7 @@ def test_a_file_of_triangles_quadrangles_and_hexagons_is_read(tmp_path, head):
         mesh.mesh_body(*mesh.read_mesh(tmp_path / "nut.off"), density=1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ending", "size"), [("obj", 900), ("stl", 900), ("off", 200), ("ply", 200), ("obj", 200)])
 def test_a_file_of_holes_is_refused_at_once(tmp_path, ending, size):
     path = tmp_path / f"holes.{ending}"

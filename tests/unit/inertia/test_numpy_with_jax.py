@@ -80,6 +80,7 @@ def test_any_one_argument_may_be_traced(name):
         assert [leaf.shape for leaf in jax.tree.leaves(jax.eval_shape(traced, argument))] == shapes_of_all
 
 
+@pytest.mark.slow
 def test_the_place_of_a_bore_is_differentiated():
     plate, bore = shapes.cylinder(3.0, 0.2, 0.02), shapes.cylinder(0.3, 0.06, 0.02)
 

@@ -12,6 +12,7 @@ PIVOT, AXIS = np.array([0.05, 0.0, 0.4]), np.array([0.3, 1.0, 0.0])
 GRAVITY = 3.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitude", [0.01, 1.2, 3.0])
 def test_the_period_is_that_of_the_equation_of_motion(amplitude):
     length = pivoted.pendulum_length(BODY, PIVOT, AXIS)

@@ -253,6 +253,7 @@ def test_derivatives_of_moments_and_axes_match_exact_arithmetic(gap, derivatives
     assert max(e / s for e, s in zip(error, size, strict=True)) < 1e-13
 
 
+@pytest.mark.slow
 def test_equal_moments_have_the_mean_derivative_and_their_axes_none(derivatives):
     rates, turning = derivatives(3.0 * np.eye(3))
     assert principal.undefined_axes(principal.principal_moments(3.0 * np.eye(3))).all()

@@ -28,6 +28,7 @@ def relative(found, wanted):
 # Point masses
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10**6), st.lists(st.floats(1e-3, 1), min_size=1, max_size=3), decades, decades)
 def test_the_fewest_points_have_the_tensor_and_lie_equally_far(seed, second, mass, length):
     """Rods, laminae and solids over twelve decades of mass and length."""
@@ -270,6 +271,7 @@ def test_a_fit_by_gradients_finds_an_ellipsoid_by_its_axes_and_tilt():
     assert held.misfit == pytest.approx(np.linalg.norm(held.inertia - wanted) / np.linalg.norm(wanted), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_fit_moves_every_particle():
     """More parameters than a tensor has elements: gradients by reverse mode."""
     import jax.numpy as jnp

@@ -28,6 +28,7 @@ def test_angular_velocity_of_a_rigid_rotation_and_of_a_body_without_inertia():
     assert np.isnan(spin.angular_velocity(np.zeros((3, 3)), np.zeros(3))).all()
 
 
+@pytest.mark.slow
 def test_a_sphere_has_a_finite_gradient_of_its_mean_spin():
     import jax
 

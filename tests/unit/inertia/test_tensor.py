@@ -66,6 +66,7 @@ def test_the_tensor_of_particles_is_about_the_origin_asked_for():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", [np.asarray, jnp.asarray])
 @pytest.mark.parametrize("mass", [2.0, [2.0], [[2.0], [2.0]]])
 def test_one_number_is_the_mass_of_each_particle(mass, made):
@@ -247,6 +248,7 @@ def test_single_precision_is_kept():
     assert {result.dtype for result in results} == {np.dtype(np.float32)}
 
 
+@pytest.mark.slow
 def test_jax_gives_the_same_numbers_and_a_finite_gradient_for_a_disc():
     import jax
 
@@ -263,6 +265,7 @@ def test_jax_gives_the_same_numbers_and_a_finite_gradient_for_a_disc():
         assert np.isfinite(gradient).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("xp", [np, jnp])
 def test_no_particles_have_no_centre_and_no_inertia(xp):
     nothing = xp.zeros(0), xp.zeros((0, 3))

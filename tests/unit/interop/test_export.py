@@ -311,6 +311,7 @@ def test_columns_of_a_sample_have_the_values_of_each_member():
     assert not any(name.startswith("failure") for name in columns)
 
 
+@pytest.mark.slow
 def test_zarr_holds_the_whole_tree(run, tmp_path):
     pytest.importorskip("zarr", reason="needs the extra zarr")
     (path,) = export(run, "zarr", output=tmp_path / "run.zarr")

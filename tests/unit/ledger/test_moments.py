@@ -54,6 +54,7 @@ def test_a_thousand_kicks_and_drifts_close_to_round_off() -> None:
     assert np.allclose(entry.impulse.total[2], mass.sum() * elapsed, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_rounding_of_velocities_and_places_does_not_pile_up() -> None:
     """A turning body in a harmonic field: not in the ledger, rounding is 4e-13 of Q after 2000 steps, and grows."""
     mass, position, velocity = body()
@@ -92,6 +93,7 @@ def test_a_compensated_sum_keeps_what_a_plain_one_loses() -> None:
     assert total.total - 1.0 == pytest.approx(1e-13, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_rate_of_inertia_is_its_derivative_along_the_motion() -> None:
     """dI/dt = tr(P + P^T) 1 - (P + P^T) equals the JVP of I along v, and the independent value for five particles."""
     case = json.loads((REFERENCE / "inertia_rate.json").read_text())

@@ -177,6 +177,7 @@ def test_a_region_of_everything_is_the_body():
         assert np.allclose(getattr(region.ledger, name).total, getattr(ledger, name).total, rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_the_compiled_ledger_is_that_of_numpy():
     """What a step of the xla engine does to them: a kick and a drift, traced and compiled."""
     mass, position, velocity = cloud()

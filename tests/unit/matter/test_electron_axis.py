@@ -29,6 +29,7 @@ def fermi_energy(density, fraction):
     return exact.ELECTRON_MASS * exact.SPEED_OF_LIGHT**2 * (np.sqrt(1 + x**2) - 1) / exact.ATOMIC_MASS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fraction", [0.278, 0.3333, 0.41, 0.47])
 def test_it_is_worth_what_the_matter_is(axis, fraction):
     """P lost between two fractions, at any temperature, u and mu: to 2e-6 (of P) and 2e-5 from 3e9 to 3e17 kg/m^3.
@@ -44,6 +45,7 @@ def test_it_is_worth_what_the_matter_is(axis, fraction):
     np.testing.assert_allclose(potential, fermi_energy(DENSITY, fraction), rtol=2e-5)
 
 
+@pytest.mark.slow
 def test_pressure_and_potential_are_slopes_of_one_energy(axis):
     """P = rho^2 df/drho, mu = df/dY and so Maxwell's relation dP/dY = rho^2 dmu/drho, beyond it as well."""
     tables = (axis.coefficients, axis.numbers, float(axis.rows), float(axis.columns))

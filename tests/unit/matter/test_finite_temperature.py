@@ -104,6 +104,7 @@ def test_the_fluid_of_a_table_has_the_isentropes_of_the_matter(fluid, temperatur
         assert found - u == pytest.approx(0.0, abs=1e-3 * (u - cold))
 
 
+@pytest.mark.slow
 def test_a_cycle_of_compression_heating_expansion_and_cooling_gives_its_energy_back(fluid):
     """To 1e-8 of the heat: the integral of P drho/rho^2, taken by itself, is the change of u on both isentropes."""
     matter, _ = fluid
@@ -147,6 +148,7 @@ def test_how_far_a_table_is_from_consistent_is_stated(path, tmp_path):
     assert "MeV; Maxwell's relation of P and u holds to 0.05 in half" in found.description
 
 
+@pytest.mark.slow
 def test_a_star_on_a_table_has_the_share_of_its_equilibrium_that_the_scene_says(path):
     """P/rho^(4/3) is that share of the polytrope's, where that is more than cold matter has."""
     scene = load.loads(exact.STAR.replace("FILE", str(path)))

@@ -33,6 +33,7 @@ def test_first_law_and_sound_speed(kind):
         np.testing.assert_allclose(np.sqrt(np.asarray(slope)), equation.sound_speed(np, RHO, A), rtol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EVERY)
 def test_namespaces_agree_and_shapes_are_kept(kind):
     equation = EVERY[kind]

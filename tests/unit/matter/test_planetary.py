@@ -58,6 +58,7 @@ def test_modulus_and_its_derivative_at_no_pressure(name):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_energy_modulus_and_inverse_are_consistent(name):
     material = MATERIALS[name]
@@ -70,6 +71,7 @@ def test_energy_modulus_and_inverse_are_consistent(name):
     assert density(material, pressure(material, rho)) == pytest.approx(rho, rel=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", [-1e-6, 1e-9, 1e-4, 0.1])
 def test_small_compressions_have_all_digits_of_their_pressure_and_energy(compression):
     """By mpmath from the formulas: differences from 1 lost 1e-16 of K, which is 1e-7 of the pressure at 1e-9."""
@@ -123,6 +125,7 @@ def test_the_equations_agree_to_third_order_of_compression():
     assert spread[1] / spread[0] == pytest.approx(8, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_earth_is_made_of_what_it_is_made_of():
     """PREM at its pressures: a mantle like perovskite, and cores lighter than cold iron by heat and light elements."""
     earth = prem()

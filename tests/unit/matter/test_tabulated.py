@@ -161,6 +161,7 @@ def test_an_isentrope_is_a_material_for_interiors():
         isentrope(matter, 1, 1e12)
 
 
+@pytest.mark.slow
 def test_an_isentrope_of_matter_without_heat_has_its_bulk_modulus_and_begins_where_pressure_does():
     """P = K (rho/rho_0 - 1) at any energy, and none where that is below zero."""
     law, span = lambda rho, u: np.maximum(5.0 * (rho / 2.0 - 1.0), 0.0) + 0.0 * u, (0.2, 20.0)

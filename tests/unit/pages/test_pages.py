@@ -74,6 +74,7 @@ def assert_alone(parts):
     assert not parts.open
 
 
+@pytest.mark.slow
 def test_a_report_tells_all_of_the_run_and_is_one_file(series, snapshots, few_figures, tmp_path):
     path, snapshots = tmp_path / "report.html", snapshots.isel(snapshot_time=[0])
     count = write_report(series.assign_attrs(plan="effects:\n  gravity"), snapshots, path)

@@ -46,6 +46,7 @@ def test_nutation_and_precession_are_those_of_the_free_top():
     np.testing.assert_allclose(precession - precession[0], momentum / 0.2 * series["time"].values, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_without_an_attitude_the_axes_of_the_inertia_tensor_do():
     records = rigid_run()
     with_it = motion(headline(records, RIGID))
@@ -73,6 +74,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n == "racket" else pytest.mark.full) for n in CASES])
 def test_every_kind_of_attitude_can_be_drawn(name):
     series = free_top(**CASES[name])
@@ -80,6 +82,7 @@ def test_every_kind_of_attitude_can_be_drawn(name):
     assert_legible(attitude_figure(series))
 
 
+@pytest.mark.slow
 def test_a_slight_wobble_is_drawn_by_itself():
     """omega_1/omega_3 = 3e-7 cos(0.75 t) is 62 mas, which nobody sees beside omega_3."""
     series = free_top(**CASES["wobble"])
@@ -146,6 +149,7 @@ def test_what_a_model_lacks_is_left_out_and_no_panel_is_empty(name, tmp_path, mo
     assert ("; dL: " in summary) == ("largest dL" in summary)  # what a heading means stands below it, and nothing else
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["inertia", "spin", "shape", "attitude"])
 def test_legends_lie_beside_curves_that_fill_their_panels(name):
     assert_legible(pictures.FIGURES[name](free_top(moments=(0.1, 0.2, 0.28), spin=(0.01, 1.0, 0.01), end=200.0)))

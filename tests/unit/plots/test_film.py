@@ -204,6 +204,7 @@ def test_an_mp4_shows_the_pictures(series, snapshots, tmp_path):
         assert abs(picture.astype(int) - seen).mean() < 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gif", ".mp4"])
 def test_what_is_interrupted_leaves_no_file_and_the_film_of_before(suffix, series, snapshots, tmp_path):
     path = tmp_path / f"film{suffix}"
@@ -243,6 +244,7 @@ def test_without_ffmpeg_a_film_is_a_gif(series, snapshots, tmp_path, monkeypatch
         movie.write_movie(series, snapshots, tmp_path / "film.avi")
 
 
+@pytest.mark.slow
 def test_the_commands_write_beside_the_result(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(movie, "ffmpeg", lambda: None)
     monkeypatch.setattr(pictures, "FIGURES", {"shape": pictures.FIGURES["shape"]})

@@ -68,6 +68,7 @@ BODIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=() if name in ("triaxial", "rod", "plate") else pytest.mark.full) for name in BODIES],

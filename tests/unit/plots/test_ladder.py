@@ -213,6 +213,7 @@ def test_a_run_that_is_the_same_is_said_to_be(fine, particles):
     assert "to the last bit" not in ladder.ladder_table([fine, almost], ladder.compared([fine, almost], finest=0), 0)
 
 
+@pytest.mark.slow
 def test_the_command(fine, particles, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     fine.to_netcdf("fine.nc", engine="netcdf4")

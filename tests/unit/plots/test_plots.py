@@ -81,6 +81,7 @@ def assert_legible(figure):
             assert not hidden, f"the legend of {panel.get_title(loc='left')!r} lies on {line.get_label()!r}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -410,6 +411,7 @@ def test_snapshots_to_show(snapshots):
     assert falling[0] == (0, "start, densest snapshot")
 
 
+@pytest.mark.slow
 def test_numbers_of_four_digits_below_a_small_picture_do_not_touch(series, snapshots):
     """Of a planet, 8000 km from its middle to its edge; and the speed is written out."""
     first = snapshots.isel(snapshot_time=[0])
@@ -424,6 +426,7 @@ def test_numbers_of_four_digits_below_a_small_picture_do_not_touch(series, snaps
     assert not any("e+" in text for text, _ in texts(figure))
 
 
+@pytest.mark.slow
 def test_accessor_draws_the_same_figures(series, snapshots):
     for name in ("inertia", "spin", "ledger", "shape", "energy", "waves", "profiles"):
         assert getattr(series.inertia, f"plot_{name}")().axes
@@ -451,6 +454,7 @@ def test_effects_of_one_run_have_colours_of_their_own():
     assert colours[:2] == [style.EFFECTS["gravity"], style.EFFECTS["damping"]]
 
 
+@pytest.mark.slow
 def test_a_part_of_a_run_is_drawn_or_what_is_missing_is_named(series, snapshots):
     late = series.where(series.time >= float(series.time[2]))  # no values at the times before
     assert [name for name, _ in plots.figures(late)] == [name for name, _ in plots.figures(series)]

@@ -69,6 +69,7 @@ def test_the_wobble():
     assert bars[2].get_y() + bars[2].get_height() == pytest.approx(393.4, abs=0.1)  # a bar that hangs
 
 
+@pytest.mark.slow
 def test_sections_and_histories():
     section = surface_of_section(0.1, 0.2, np.zeros(5), np.linspace(0.5, 2.0, 5), 20, 24)
     figure = plots.section_figure(section, 0.1, 0.2, (1, 1.5))

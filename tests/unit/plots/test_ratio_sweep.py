@@ -28,6 +28,7 @@ def test_a_curve_is_over_the_density_that_was_swept():
     assert all("core" in each.get_xlabel() for each in figure.axes[-2:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("members", [3, 8])
 def test_a_second_parameter_has_a_curve_for_each_value(members):
     ratios = np.linspace(0.36, 0.37, members)

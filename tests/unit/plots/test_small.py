@@ -38,6 +38,7 @@ def pixels(figure, resolution):
         return np.asarray(canvas.buffer_rgba())[..., :3].astype(float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(3.4, 4), pytest.param((6, 4), marks=SLOW), (10, 3)])
 @pytest.mark.parametrize("name", NAMES)
 def test_small_pictures_are_legible(series, name, size):
@@ -46,6 +47,7 @@ def test_small_pictures_are_legible(series, name, size):
     assert_legible(figure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(3.4, 4), pytest.param((6, 4), marks=SLOW), pytest.param((10, 3), marks=SLOW)])
 @pytest.mark.parametrize("name", ["density", "attitude", "profiles"])
 def test_small_pictures_of_other_panels_are_legible(series, name, size):
@@ -56,6 +58,7 @@ def test_small_pictures_of_other_panels_are_legible(series, name, size):
     assert smallest_type(figure) >= 4.5 or name == "attitude"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["inertia", "shape", pytest.param("spin", marks=SLOW)])
 def test_a_smaller_picture_of_more_dots_an_inch_has_the_same_pixels(series, name):
     own, small = pictures.FIGURES[name](series), pictures.FIGURES[name](series)
@@ -65,6 +68,7 @@ def test_a_smaller_picture_of_more_dots_an_inch_has_the_same_pixels(series, name
     assert (difference > 128).mean() < 1e-3
 
 
+@pytest.mark.slow
 def test_small_type_stays_near_6_points_and_a_larger_picture_keeps_its_type(series):
     series = series.drop_vars(["inertia_tensor_error", "angular_velocity_error"])  # and so the notes beside titles
     width, height = pictures.FIGURES["inertia"](series).get_size_inches()
@@ -73,6 +77,7 @@ def test_small_type_stays_near_6_points_and_a_larger_picture_keeps_its_type(seri
         assert smallest_type(figure) == pytest.approx(least)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["energy", pytest.param("ledger", marks=SLOW)])
 def test_titles_wider_than_a_column_are_in_several_lines(series, name):
     figure = getattr(series.inertia, f"plot_{name}")(size=(3.4, 4.0))
@@ -80,12 +85,14 @@ def test_titles_wider_than_a_column_are_in_several_lines(series, name):
     assert smallest_type(figure) >= 5.5  # of 5 where no title is broken
 
 
+@pytest.mark.slow
 def test_type_that_has_no_room_is_smaller(series):
     own = series.inertia.plot_inertia(size=(3.4, 2.6))
     assert_legible(own)  # three panels within 2.6 inches, whose axes' names would run into each other
     assert smallest_type(own) == 4.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [None, (3.4, 3.25)])
 def test_a_picture_for_a_column_is_written_with_as_many_dots_as_a_full_one(series, tmp_path, size):
     series.inertia.plot_inertia(size=size, path=tmp_path / "inertia.png")

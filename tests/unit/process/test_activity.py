@@ -1,6 +1,7 @@
 """What a process is busy with: the outermost of what goes on, and nothing once it is over."""
 
 import numpy as np
+import pytest
 from numba import njit
 
 from astroinertia.engines import numba_cache  # which listens to numba
@@ -17,6 +18,7 @@ def test_the_outermost_of_what_goes_on_is_named():
     assert activity.current() == ""
 
 
+@pytest.mark.slow
 def test_what_numba_compiles_is_named_while_it_does_and_not_again(monkeypatch):
     assert numba_cache
     heard = []

@@ -36,6 +36,7 @@ def faults(how: str) -> int:
     return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
+@pytest.mark.slow
 def test_kept_memory_is_taken_again_without_new_pages():
     by_default = faults("not kept")
     if by_default < 50:

@@ -26,6 +26,7 @@ def test_what_waits_is_done_once_at_the_end_of_the_import(tmp_path, monkeypatch)
     assert seen == [True, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", ["astroinertia, xarray as xr", "xarray as xr, astroinertia"])
 def test_datasets_have_the_accessor_whichever_package_is_imported_first(order):
     program = (

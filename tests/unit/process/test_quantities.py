@@ -409,6 +409,7 @@ METHODS: dict[str, tuple[Callable[..., Any], Any, Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("call", "given", "number"), METHODS.values(), ids=METHODS)
 def test_methods_and_functions_in_si_read_units(call: Any, given: Any, number: Any) -> None:
     with jax.enable_x64(True):  # in which materials' own methods compute as they are asked to

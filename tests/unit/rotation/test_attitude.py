@@ -137,6 +137,7 @@ def test_the_nearest_rotation_is_nan_where_a_matrix_is_and_of_no_other_shape():
 ROUND = {"identity": np.eye(3), "larger": 2.5 * np.eye(3), "turned": rotations(2)[1], "two equal": np.diag([2.0, 2, 1])}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "matrix", [*ROUND.values(), np.random.default_rng(3).normal(size=(3, 3)), -rotations(1)[0] @ np.diag([3.0, 2, 1])],
     ids=[*ROUND, "any", "mirrored"],
@@ -174,6 +175,7 @@ def test_the_angle_between_attitudes_keeps_its_digits(angle):
     assert attitude.angle_between(one, other) == pytest.approx(angle, rel=0, abs=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 1e-3, 1.0])
 def test_the_square_of_an_angle_has_a_slope_also_of_attitudes_that_are_the_same(angle):
     import jax
@@ -185,6 +187,7 @@ def test_the_square_of_an_angle_has_a_slope_also_of_attitudes_that_are_the_same(
         assert float(turn(angle)) == pytest.approx(2.0 * angle, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_the_rate_of_an_attitude_is_its_derivative_in_jax():
     import jax
 

@@ -61,6 +61,7 @@ def test_an_ellipse_is_met_at_any_time(eccentricity):
     assert found.mass == pytest.approx([0.25])
 
 
+@pytest.mark.slow
 def test_compiled_code_reads_all_bodies_as_rebound_has_them():
     bodies = simulation(
         1.0,

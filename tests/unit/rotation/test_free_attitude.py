@@ -35,6 +35,7 @@ def test_any_order_of_moments_at_any_time(name):
         np.testing.assert_allclose(free_attitude.attitude(top, time, START), expected, rtol=0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPECIAL)
 def test_special_bodies_and_motions_follow_the_equations_of_motion(name):
     moments, spin = SPECIAL[name]

@@ -25,6 +25,7 @@ CASES = {  # A, C, M, tilt, rates about the line of nodes, across it and about t
 START = (0.4, -0.9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

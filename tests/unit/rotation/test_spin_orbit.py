@@ -30,6 +30,7 @@ def test_asphericity_does_not_mind_the_order():
         spin_orbit.asphericity([[1.0, 1.5, 2.0], [4.0, 1.0, 2.0]])
 
 
+@pytest.mark.slow
 def test_the_section_is_the_motion():
     e, size = 0.3, 0.6
 

@@ -30,6 +30,7 @@ def test_a_round_moon_and_one_on_a_circle_do_not_come_apart():
     assert held.growth[-1] < 8
 
 
+@pytest.mark.slow
 def test_hyperion():
     """Wisdom, Peale & Mignard 1984: attitude instability within a few orbits (21.3 d); units come out as they go in."""
     days, motion = 2 * np.pi / 21.2766, 1.0

@@ -122,6 +122,7 @@ def waited_for(condition: Any, seconds: float) -> Any:
     return answer
 
 
+@pytest.mark.slow
 @two_cores
 @pytest.mark.parametrize(("number", "code"), [
     (signal.SIGKILL, -9), pytest.param(signal.SIGINT, 130, marks=pytest.mark.full),

@@ -46,6 +46,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # What it is
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "setting", [pytest.param('engine="numba_cpu"', marks=pytest.mark.full), 'timesteps="individual"']
 )
@@ -65,6 +66,7 @@ def test_a_branch_with_nothing_changed_goes_on_as_the_run_does(star, tmp_path, s
     assert first.inertia_tensor_evolved.values == pytest.approx(first.inertia_tensor.values, rel=1e-14, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_what_is_changed_and_where_it_began_is_in_its_history(star, tmp_path) -> None:
     ds = opened(astroinertia.branch(star, tmp_path / "branch", 0.3, ADDED))
     assert list(ds.effect.values) == ["gravity", "pressure", "viscosity", "damping"]
@@ -124,6 +126,7 @@ def test_a_function_acts_from_the_time_of_the_branch_on(tmp_path) -> None:
         astroinertia.branch(tmp_path / "branch", tmp_path / "without", 0.3, ["effects={}", "time.end=0.5"])
 
 
+@pytest.mark.slow
 def test_a_branch_that_is_stopped_goes_on_bit_for_bit(star, tmp_path, monkeypatch) -> None:
     whole = opened(astroinertia.branch(star, tmp_path / "whole", 0.3, ADDED))
     with monkeypatch.context() as patch:
@@ -239,6 +242,7 @@ def test_a_snapshot_from_a_stranger_is_no_state_unless_it_is_one(star) -> None:
 # The command
 
 
+@pytest.mark.slow
 def test_the_commands_extend_and_branch(wheel, tmp_path, capsys) -> None:
     assert main(["branch", str(wheel), "--at", "1.5 s", "--set", "time.end=3 s", "--output", str(tmp_path / "b")]) == 0
     said = capsys.readouterr().out

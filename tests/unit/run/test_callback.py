@@ -129,6 +129,7 @@ def test_quantities_have_units_and_what_follows_is_there(tmp_path: Path) -> None
     assert repr(first) == "RunState(time=0 s, step=0, model='sph', 100 particles)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "every"), [pytest.param(TOP, None, marks=pytest.mark.full), (TOP, "4 s"), (PULSAR, None)]
 )
@@ -153,6 +154,7 @@ def test_times_between_the_records_of_a_run_without_particles_are_refused(every:
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_times_are_met_at_the_first_step_past_each(tmp_path: Path) -> None:
     times = []
     scene = {**STAR, "output": {"series_steps": 1}}
@@ -166,6 +168,7 @@ def test_times_are_met_at_the_first_step_past_each(tmp_path: Path) -> None:
     assert seconds == pytest.approx([*expected, *([steps[-1]] if expected[-1] != steps[-1] else [])], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [STAR, TOP], ids=["sph", "rigid"])
 def test_a_run_that_its_callback_stops_is_saved_and_goes_on(scene: Any, tmp_path: Path, plain: Path) -> None:
     steps = []
@@ -247,6 +250,7 @@ def test_a_sweep_has_no_callback(tmp_path: Path) -> None:
         astroinertia.run_scene(sweep, tmp_path / "run", callback=print)
 
 
+@pytest.mark.slow
 def test_a_run_shows_nothing_by_itself_where_there_is_no_terminal(tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
     astroinertia.run_scene(TOP, tmp_path / "quiet")
     assert capfd.readouterr() == ("", "")
@@ -271,6 +275,7 @@ def seen_by_both(scene: dict[str, Any], force: Any, folder: Path) -> tuple[dict[
     return of_force, of_callback
 
 
+@pytest.mark.slow
 def test_a_force_and_a_callback_see_particles_by_the_same_names(tmp_path: Path) -> None:
     scene = {**STAR, "time": {"end": "4 h", "max_steps": 1}}
     of_force, of_callback = seen_by_both(scene, lambda state: 0.0 * state.velocities, tmp_path)
@@ -316,6 +321,7 @@ class Clock:
         return self.now
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("takes", "shortest", "longest", "steps"),
     [

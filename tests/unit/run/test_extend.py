@@ -86,6 +86,7 @@ def opened(path: Any) -> Any:
     return astroinertia.open(path).drop_vars("wall_time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "settings", "end"),
     [
@@ -110,6 +111,7 @@ def test_a_run_that_goes_further_has_the_bits_of_one_that_was_to_go_so_far(tmp_p
     assert opened(astroinertia.resume(tmp_path / "parts")).equals(whole)  # it is finished, as any other
 
 
+@pytest.mark.slow
 def test_a_run_that_was_stopped_goes_further_too_and_can_be_stopped_again(tmp_path, monkeypatch) -> None:
     whole = opened(astroinertia.run_scene(loads(STAR, ["time.end=0.8"]), tmp_path / "whole"))
     with monkeypatch.context() as patch:
@@ -123,6 +125,7 @@ def test_a_run_that_was_stopped_goes_further_too_and_can_be_stopped_again(tmp_pa
     assert opened(astroinertia.resume(tmp_path / "parts")).equals(whole)
 
 
+@pytest.mark.slow
 def test_outputs_are_as_often_as_before_unless_they_are_set(tmp_path) -> None:
     text = WHEEL.replace('[output]\nseries_every = "0.25 s"\n', "")
     astroinertia.run_scene(loads(text, ['numerics.integrator="splitting"']), tmp_path / "run")
@@ -133,6 +136,7 @@ def test_outputs_are_as_often_as_before_unless_they_are_set(tmp_path) -> None:
     assert ds.attrs["history"].count("went on from") == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("setting", "sentence"),
     [

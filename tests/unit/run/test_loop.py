@@ -46,6 +46,7 @@ def times_of(every: float, end: float) -> np.ndarray:
     return np.append(np.arange(0.0, end * (1.0 - 1e-9), every), end)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -136,6 +137,7 @@ def test_runs_of_several_threads_come_one_after_another(tmp_path):
     assert sum(before != after for before, after in itertools.pairwise(order)) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["Ctrl-C", "its limit of wall time"])
 def test_a_run_is_stopped_within_a_base_step_and_goes_on_bit_for_bit(
     by: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

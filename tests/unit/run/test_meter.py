@@ -61,6 +61,7 @@ def test_what_compiles_is_shown_while_it_does():
     assert meters.PREPARING in shown[-1]
 
 
+@pytest.mark.slow
 def test_a_line_where_there_is_no_terminal_says_what_compiles(monkeypatch):
     monkeypatch.setattr(meters, "LONGEST_SILENCE", 0.1)
     text = io.StringIO()

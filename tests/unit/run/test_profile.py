@@ -54,6 +54,7 @@ def test_parts_add_up_to_the_time_of_the_run(runs):
     assert used["between parts"] < 0.1 * sum(used.values())
 
 
+@pytest.mark.slow
 def test_a_profile_changes_no_bit_of_the_run(runs):
     one, other = dataset.open(runs / "with"), dataset.open(runs / "without")
     xr.testing.assert_identical(one.drop_vars("wall_time").drop_attrs(), other.drop_vars("wall_time").drop_attrs())
@@ -105,6 +106,7 @@ def test_models_without_particles_have_steps_and_records(tmp_path):
         assert {"preparing", "rest of steps", "writing"} <= parts.keys() <= OTHERS | {"rest of steps", "compiling"}
 
 
+@pytest.mark.slow
 def test_a_run_without_a_profile_imports_nothing_of_it(tmp_path):
     lines = "import sys; from astroinertia.cli.main import main; main(sys.argv[1:]); "
     lines += "assert 'astroinertia.run.loop' in sys.modules; print('astroinertia.run.profile' in sys.modules)"
@@ -113,6 +115,7 @@ def test_a_run_without_a_profile_imports_nothing_of_it(tmp_path):
     assert done.stdout.splitlines()[-1] == "False"
 
 
+@pytest.mark.slow
 def test_a_run_with_a_profile_that_lost_its_file_gets_it_again(tmp_path):
     """As where the disk was full when it was to be written: the last checkpoint has what was measured."""
     run = tmp_path / "run"

@@ -51,6 +51,7 @@ def test_a_run_after_it_compiles_no_pass_over_neighbours(timesteps: str, later: 
     assert not [name for name in left if name.removeprefix("few_").startswith(PASSES)]
 
 
+@pytest.mark.slow
 def test_it_says_what_it_took_and_leaves_no_run(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["warm", str(SIMS / "tennis_racket.toml"), "--set", "time.max_steps=1"]) == 0

@@ -34,6 +34,7 @@ def chosen(further, model="sph"):
     return loads(STAR.format(model=model, particles=particles) + further)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("further", "model", "off", "words"),
     [

@@ -62,6 +62,7 @@ def test_the_pressure_is_that_of_the_table_at_each_particles_electron_fraction(f
     assert compared > 40
 
 
+@pytest.mark.slow
 def test_its_energy_is_accounted_for_to_second_order(text):
     """With what neutrinos carry off, over 20 ms: 4e-4 of what electrons took, and a quarter with half the steps."""
     errors, half = [], ["numerics.courant=0.15", "numerics.free_fall_factor=0.05"]

@@ -231,6 +231,7 @@ QUICK = {
 }
 
 
+@pytest.mark.slow
 def test_a_dict_is_run_and_its_file_holds_the_text(tmp_path: Path) -> None:
     ds = astroinertia.open(astroinertia.run_scene(QUICK, tmp_path / "run"))
     assert ds.time.values == pytest.approx([0.0, 43200.0, 86400.0])
@@ -238,6 +239,7 @@ def test_a_dict_is_run_and_its_file_holds_the_text(tmp_path: Path) -> None:
     assert astroinertia.resume(tmp_path / "run") == tmp_path / "run" / "scene.nc"
 
 
+@pytest.mark.slow
 def test_a_dict_may_have_a_sweep(tmp_path: Path) -> None:
     masses = {"sweep": {"body.mass": np.array([1.0, 2.0]) * u.Msun}}
     ds = astroinertia.open(astroinertia.run_scene(QUICK | masses, tmp_path / "runs"))

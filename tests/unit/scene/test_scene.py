@@ -97,6 +97,7 @@ def test_defaults_of_effects_do_not_depend_on_units():
             assert set(values) == {0.0}
 
 
+@pytest.mark.slow
 def test_what_runs_effects_is_not_imported_to_read_a_scene_and_to_plan_it():
     code = (
         "import gc, sys; from astroinertia.scene.load import load_file; from astroinertia.scene.plan import plan;"
@@ -293,6 +294,7 @@ def test_every_commented_setting_of_the_example_is_accepted():
     assert tried >= 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", sorted(SIMS.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_scene_of_sims_loads_and_can_be_planned(file):
     sweep = sweeps.load_file(file)

@@ -187,6 +187,7 @@ def test_engines_agree():
             np.testing.assert_allclose(theirs, mine, atol=1e-10 * np.abs(mine).max())
 
 
+@pytest.mark.slow
 def test_energy_and_momentum_are_kept():
     """A ball that falls together and bounces: energy to 1e-3 of the binding, momentum and closure to round-off."""
     position = ball(300)

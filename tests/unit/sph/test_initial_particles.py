@@ -68,6 +68,7 @@ def test_ellipsoid_energy_of_a_maclaurin_spheroid():
     assert energy == pytest.approx(-0.6 * 4 / a * np.arcsin(e) / e, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("placement", ["lattice", "glass", "random"])
 @pytest.mark.parametrize("name", PROFILES)
 @pytest.mark.parametrize("count", [4, pytest.param(157, marks=pytest.mark.full), 500])

@@ -139,6 +139,7 @@ def test_newtonian_outside_and_continuous_at_the_support(name):
             assert abs(function(np, below) - function(np, above)) < 2e-14
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name in ("cubic", "wendland_c2") else pytest.mark.full) for name in NAMES]
 )
@@ -154,6 +155,7 @@ def test_finite_and_flat_at_the_origin(name):
                 assert np.isfinite(derivative(lambda x, f=function: f(jnp, x))(jnp.float64(0.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_single_precision_stays_single_and_accurate(name):
     kernel = KERNELS[name]

@@ -115,6 +115,7 @@ def test_masses_are_read_and_not_made_of_densities(tmp_path):
     assert read_progenitor(file).mass[-1] == pytest.approx(STAR.mass, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [MESA, KEPLER], ids=["mesa", "kepler"])
 def test_particles_have_mass_inertia_and_spin_of_the_table(file):
     """Mass and I to round-off; L to the noise of a glass; where they stand and their entropy, as the table has it."""

@@ -91,6 +91,7 @@ def beside_the_boundary(text, *settings):
     return [float(ratio[near & (record["material"] == number)].mean()) for number in (0, 1)]
 
 
+@pytest.mark.slow
 def test_the_density_is_sharp_where_materials_meet(text):
     """Particles in their places, at the pressure of this boundary: the error is the glass's, and does not jump."""
     smooth, sharp = (beside_the_boundary(text, *s) for s in ((), ("equation_of_state.boundary_pressure='160 GPa'",)))
@@ -122,6 +123,7 @@ def test_a_full_surface_has_the_density_of_the_planet(text):
     np.testing.assert_array_equal(ratios["full"][~changed], ratios["smoothed"][~changed])
 
 
+@pytest.mark.slow
 def test_a_snapshot_has_the_factors(text):
     scene = load.loads(text, [*PLANET, SHARP, "body.surface=full"])
     with jax.enable_x64(True):
@@ -142,6 +144,7 @@ def test_bodies_come_together_with_their_factors():
     assert together([body(), body()]).memory == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_what_is_conserved_stays(text, timesteps):
     """Momenta and the ledger to rounding, energy to the step's error, of a planet that is let go as it is placed."""

@@ -59,6 +59,7 @@ def test_moments_destroys_nothing(places, capsys, target):
     assert {path.name: path.read_bytes() for path in places.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_moments_writes_over_what_it_has_written(places):
     assert main(["moments", "t.nc", "--output", "m.nc"]) == main(["moments", "t.nc", "--output", "m.nc"]) == 0
     assert main(["moments", "t.nc", "--plot", "m.png"]) == main(["moments", "t.nc", "--plot", "m.png"]) == 0

@@ -10,6 +10,7 @@ from astroinertia.studies.debris import bound_to_itself, orbital_energies
 from astroinertia.units import GRAVITATIONAL_CONSTANT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("eccentricity", "time"), [(1.0, -3.0), (1.0, 0.5), pytest.param(1.8, 2.0, marks=pytest.mark.full)]
 )

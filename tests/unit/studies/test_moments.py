@@ -143,6 +143,7 @@ def test_a_snapshot_is_chosen_by_its_number(tmp_path):
         read_matter(run, units=("g", "cm"))
 
 
+@pytest.mark.slow
 def test_a_run_without_particles_is_said_to_have_none(tmp_path):
     for model, records, words in (
         (RIGID, rigid_run(), "has no snapshots, for its model is rigid, which has no particles"),

@@ -66,6 +66,7 @@ def test_shells_of_a_core():
         spinup.shell_collapse(period="3 km")
 
 
+@pytest.mark.slow
 def test_a_scene_comes_back_with_its_limits(tmp_path):
     file = tmp_path / "shrinking.toml"
     file.write_text(SCENE)

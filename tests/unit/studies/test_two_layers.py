@@ -95,6 +95,7 @@ def test_three_layers_have_the_mass_and_moment_asked_for():
         np.testing.assert_allclose(total, expected, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_a_crust_like_the_mantle_changes_nothing():
     two = two_layers(MEAN, moment_ratio=TRUE["moment_ratio"], core_density=7000.0)
     three = three_layers(MEAN, TRUE["moment_ratio"], 0.03, two.mantle_density * (1 - 1e-12), core_density=7000.0)

@@ -132,6 +132,7 @@ def scene(tables):
 FULL = [pytest.param(name, marks=pytest.mark.full) for name in CASES if name != "core"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*FULL, "core"])
 def test_gradients_are_those_of_differences_of_runs(name, tmp_path):
     """Twenty-four keys of nine scenes, at the end: to 1e-4 of the largest derivative or of the series itself."""
@@ -161,6 +162,7 @@ def test_gradients_of_particles_add_up_as_dimensions_ask():
     assert abs(by_mass.inertia_tensor / inertia - 1.0).values[2, 2] > 0.01  # gravity draws it together
 
 
+@pytest.mark.slow
 def test_a_gradient_is_in_the_units_of_the_scene_and_at_the_time_that_is_named():
     answer = astroinertia.gradient(CORE, of="angular_velocity.z@end", by=["body.rotation.period", "body.radius"])
     assert answer.parameter_value.values.tolist() == [30.0, 1500.0]
@@ -183,6 +185,7 @@ def test_members_of_which_some_have_waves_too_faint_for_a_spectrum_have_a_gradie
     assert answer.gradient.values[0] * 1500 == pytest.approx(2.0 * answer.value.values, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_torque_answers_to_the_mass_of_one_of_the_companions():
     """It is proportional to that."""
     aside = {**MOON, "companions": [{**MOON["companions"][0], "mean_anomaly": "1 rad"}]}
@@ -273,6 +276,7 @@ def test_a_key_that_moves_the_time_of_a_torque_is_refused():
         astroinertia.gradient(tables, of="angular_velocity.z", by=["effects.constant_torque.begin"])
 
 
+@pytest.mark.slow
 def test_a_key_that_moves_the_end_of_an_effect_is_refused():
     tables = {**STAR, "effects": {"gravity": {}, "pressure": {}, "damping": {"time_scale": 0.3, "until": 0.2}}}
     with pytest.raises(SceneError, match=r"does not change the run smoothly \(the times at which effects begin or end"):
@@ -307,6 +311,7 @@ class Motor(Effect):
         return self.strength * np.array([0.0, 0.0, 1.0])
 
 
+@pytest.mark.slow
 def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path):
     body = {"kind": "rigid", "mass": 1.0, "radius": 1.0, "moment_ratios": [0.3, 0.35, 0.4], "rotation": {"rate": 0.3}}
     motor = astroinertia.Scene(
@@ -321,6 +326,7 @@ def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path)
         run_sweep(sensitivity_sweep(motor, ["body.rotation.rate"]), tmp_path / "runs")
 
 
+@pytest.mark.slow
 def test_a_wobble_and_its_period_have_gradients():
     """A free top keeps its wobble, and does all in a time that goes as the period of its rotation."""
     turning = {"period": "1 d", "wobble": "0.3 rad"}
@@ -332,6 +338,7 @@ def test_a_wobble_and_its_period_have_gradients():
     assert float(period.gradient[0]) == pytest.approx(float(period.value), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_an_observable_of_an_installed_package_has_a_gradient(tmp_path, monkeypatch):
     """The phase of the quadrupole of a body that turns is the rate times the time."""
     distribution(tmp_path, "quadrupole_phase = quadrupole_phase:QuadrupolePhase", group="observables")

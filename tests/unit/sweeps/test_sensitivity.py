@@ -126,6 +126,7 @@ def test_the_command_refuses_the_frequency_of_a_series(tmp_path, capsys):
     assert not (tmp_path / "runs").exists()
 
 
+@pytest.mark.slow
 def test_the_command_takes_an_observable_of_an_installed_package(tmp_path, capsys, monkeypatch):
     """Of a body that turns at a rate the phase of the quadrupole is the rate times the time."""
     distribution(tmp_path, "quadrupole_phase = quadrupole_phase:QuadrupolePhase", group="observables")

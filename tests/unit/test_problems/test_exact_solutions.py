@@ -100,6 +100,7 @@ def test_an_explosion_at_the_index_where_exponents_are_singular_is_between_its_n
     assert radii[1] == pytest.approx(0.5 * (radii[0] + radii[2]), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_the_implosion_keeps_its_mass() -> None:
     """64 behind the shock, which is at a third of the time; the mass within the ball's surface is that of the ball."""
     radius = np.linspace(1e-5, 0.4, 400001)

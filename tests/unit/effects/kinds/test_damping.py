@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from astroinertia.effects import catalogue
@@ -44,6 +45,7 @@ def test_damping_towards_rotation_ends_in_rigid_rotation() -> None:
     assert np.abs(state.velocity).max() > 0.04
 
 
+@pytest.mark.slow
 def test_damping_towards_a_rate_that_changes_turns_each_particle_as_its_equation_says() -> None:
     """Second order in the step towards x'' = (Omega(t) x x - x')/tau, and the torque in the ledger is what L gains."""
     position, rate, change, tau, end = ball(60), 0.3, 0.8, 0.4, 1.0

@@ -119,6 +119,7 @@ def test_thin_cold_matter_is_iron() -> None:
     assert leptons.B2 / (2 * leptons.B5 * energy.x**2) == pytest.approx(56, abs=6)
 
 
+@pytest.mark.slow
 def test_pressure_and_chemical_potential_are_slopes_of_the_energy() -> None:
     """rho^2 du/drho and du/dY, by differentiation, with nothing trapped."""
     made = effect(trapping_density=1e30)
@@ -175,6 +176,7 @@ def compressed(first: float, last: float, steps: int, made: Any = None) -> Simpl
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(1e10, 1.9e12), (2.1e12, 2e14), (1e10, 2e14)])
 def test_all_energy_is_accounted_for_to_second_order(first: float, last: float) -> None:
     """What is gained, neutrinos and debts included, is the work of the pressure less the heat that was given."""
@@ -308,6 +310,7 @@ def fallen(steps: int) -> SimpleNamespace:
     return SimpleNamespace(problem=problem, begun=begun.state, state=state, gained=gained, taken=made.recorded(state))
 
 
+@pytest.mark.slow
 def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -> None:
     runs = [fallen(steps) for steps in (80, 320)]
     first, last = (abs(run.gained) for run in runs)
@@ -325,6 +328,7 @@ def test_a_falling_ball_keeps_energy_to_second_order_and_momenta_to_rounding() -
     assert (shown[np.asarray(found.identity)] == found.memory["electron_fraction"]).all()
 
 
+@pytest.mark.slow
 def test_a_state_of_a_snapshot_keeps_its_electron_fractions() -> None:
     """Of matter that was denser once, not those of its density; the pressure goes with them."""
     scene = loads(core_scene("G15", 100))

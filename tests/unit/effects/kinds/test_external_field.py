@@ -15,6 +15,7 @@ from tests.ball import ball
 from tests.unit.points import at
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [

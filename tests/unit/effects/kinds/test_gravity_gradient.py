@@ -103,6 +103,7 @@ def test_a_sphere_and_a_body_alone_feel_nothing():
         assert GravityGradient().torque(alone) is None
 
 
+@pytest.mark.slow
 def test_a_small_swing_has_the_frequency_it_tells():
     # One companion along x, the longest axis near it, turning about the axis of the middle moment.
     moments, distance, mass = np.array([1.0, 2.0, 2.5]), 10.0, 7.0

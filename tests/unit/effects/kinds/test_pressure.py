@@ -45,6 +45,7 @@ def total_energy(problem, state):
     return 0.5 * float(state.mass @ (state.velocity**2).sum(axis=1)) + float(internal_energy(problem, state))
 
 
+@pytest.mark.slow
 def test_momentum_and_angular_momentum_are_exact():
     """Net force and torque are rounding of their terms, and the virial tensor of the pairs is that of the forces."""
     problem, state, arrangement, _ = disordered(INTEGRAL)
@@ -56,6 +57,7 @@ def test_momentum_and_angular_momentum_are_exact():
     np.testing.assert_allclose(paired, state.position.T @ force, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_heat_is_what_the_work_has_more_than_that_of_the_kernels_gradients():
     """The kernel's force is the gradient of the internal energy at constant entropy: power and heat differ by rounding.
 
@@ -221,6 +223,7 @@ def test_bodies_settle_with_the_kernels_gradients():
     assert np.abs(one.rates.total - other.rates.total).max() > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", ["global", "individual"])
 def test_the_ledger_has_the_heat_in_the_row_of_pressure(steps):
     """What the body gains as heat and work is what the rows say, with both kinds of steps."""

@@ -168,6 +168,7 @@ speed_of_light = 1.6
 """
 
 
+@pytest.mark.slow
 def test_a_horizon_leaves_no_number_and_ends_a_run_with_what_it_is(tmp_path: Path) -> None:
     assert np.isnan(potential(1.0).acceleration(np, fluid(0.1 * directions(100)))).any()
     with pytest.raises(NumericalError, match=r"a horizon has formed, 2 G m = r c\^2"):

@@ -30,6 +30,7 @@ def test_the_coriolis_force_does_no_work_in_a_step() -> None:
     assert np.abs(state.velocity).max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate_change", [None, -0.15])
 def test_a_free_particle_in_a_rotating_frame_runs_straight_in_the_inertial_one(rate_change: float | None) -> None:
     """Second order in the step towards x0 + t u seen from the turning frame, with and without spin-up."""

@@ -30,6 +30,7 @@ def yielding(law):
     return lambda frequency: 1.5 / (1 + (1.5 / ELASTIC - 1) / law(frequency))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "number"),
     [

@@ -7,6 +7,7 @@ from tests.coasting import coasting
 from tests.evolve import advanced
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [(10.0,), (1.0, 5.0, 5.0005, 5.001, 5.001 * (1.0 + 1e-15), 10.0)])
 def test_steps_end_where_an_effect_begins_and_ends(times: tuple[float, ...]) -> None:
     """A push of a thousandth of a time: steps of a body that coasts are far longer."""

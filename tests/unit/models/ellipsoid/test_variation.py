@@ -12,6 +12,7 @@ from tests.coasting import coasting
 STEP = 1e-4
 
 
+@pytest.mark.slow
 def test_a_short_push_is_in_the_derivative() -> None:
     """By the strength of a push, which is the momentum that a body of unit mass gets over how long it lasts."""
 

@@ -22,6 +22,7 @@ def spin(m, moments=ELASTIC.moments, deformability=ELASTIC.deformability):
     return rigid.spin_in_body(replace(ELASTIC, moments=moments, deformability=deformability), 0.0, m)
 
 
+@pytest.mark.slow
 def test_the_angular_momentum_is_that_of_the_deformed_body():
     turn = spin(M)
     assert rigid.inertia_in_body(ELASTIC, 0.0, turn) @ turn == pytest.approx(M, rel=1e-14)

@@ -32,6 +32,7 @@ def energy(state, moments=MOMENTS):
     return 0.5 * float(np.sum(np.asarray(state.momentum_in_body) ** 2 / moments))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "order", [pytest.param(2, marks=pytest.mark.full), 4, pytest.param(6, marks=pytest.mark.full), 8]
 )
@@ -57,6 +58,7 @@ def test_round_off_is_put_right_and_energy_does_not_drift():
     assert np.abs(errors).max() < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moments", [[1.0, 1.0, 1.7], [0.3, 1.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
 def test_a_symmetric_top_is_exact_in_one_step(moments):
     moments = np.array(moments)
@@ -93,6 +95,7 @@ def pushed(torque, time, state, interval, known):
     return Kick(impulse, turning, jnp.sum(rate * gain)[None])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [2.0, -2.0])
 @pytest.mark.parametrize("order", [2, 8])
 def test_a_kick_is_given_what_is_known_of_its_time(order, end):
@@ -116,6 +119,7 @@ def noted(_, time, state, interval, known):
     return Kick(jnp.zeros(3), jnp.zeros(7), jnp.stack([jnp.abs(known - time**2), interval]))
 
 
+@pytest.mark.slow
 def test_with_a_prescribed_size_time_runs_at_another_rate():
     # I = I_0 exp(t): the motion at t is that of constant size at 1 - exp(-t).
     opening = energy(start())

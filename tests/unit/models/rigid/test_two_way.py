@@ -86,6 +86,7 @@ def test_accelerations_are_those_of_rebound_where_the_body_is_a_sphere():
             assert np.abs(two_way.pushes(seen)).max() < 1e-17  # of some 1e-4
 
 
+@pytest.mark.slow
 def test_a_stage_takes_its_step_of_points_without_a_loop_and_looks_at_the_body_once(monkeypatch):
     """By default; where steps are long, a stage takes several of points, in a loop."""
     with jax.enable_x64(True):
@@ -99,6 +100,7 @@ def test_a_stage_takes_its_step_of_points_without_a_loop_and_looks_at_the_body_o
         assert len(looks) == 1
 
 
+@pytest.mark.slow
 def test_steps_are_for_the_pericentre_wherever_companions_are():
     with jax.enable_x64(True):
         bodies = system(eccentricity=0.7)

@@ -256,6 +256,7 @@ PULSAR = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [1.0, 2.51, 3.0, 5.0])
 def test_a_pulsar_brakes_with_any_index(index):
     text = PULSAR + f'period = "33.3924123 ms"\nperiod_derivative = 4.20972e-13\nindex = {index}\n'
@@ -304,6 +305,7 @@ def test_torques_on_a_body_that_shrinks():
         evolution(SCENES["prescribed"] + torque + 'frame = "body"\n')
 
 
+@pytest.mark.slow
 def test_a_torque_on_a_pulsating_body_is_in_its_energy():
     torque = "[effects.constant_torque]\nvector = [0.0, 0.0, 0.003]\n"
     for name in ("pulsating", "integrated"):

@@ -10,6 +10,7 @@ from tests.evolve import prepared
 from tests.few_with_steps import MANY_RUNGS
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("steps_differ")
 def test_an_end_of_an_interval_makes_few_fluids_and_arrays_of_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fluids whose memories change alone, and no array that is there already: Python takes as long as the sums."""

@@ -53,6 +53,7 @@ def moved(effect: Any, longest: float, base_step: Any, unit: float = 1.0) -> Par
     return body
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base_step", [None, block_step.step])
 def test_damping_lasts_to_second_order_of_the_step_as_long_as_it_is_to_last(base_step: Any) -> None:
     damping = catalogue.build("damping", {"time_scale": 0.3, "until": 0.22})
@@ -67,6 +68,7 @@ def test_damping_lasts_to_second_order_of_the_step_as_long_as_it_is_to_last(base
     assert all(3.0 < a / b < 5.5 for a, b in itertools.pairwise(errors)), errors
 
 
+@pytest.mark.slow
 def test_it_ends_where_a_step_ends_in_any_unit_of_time() -> None:
     """A step that ends just there, by rounding before or after it, has the damping to its end, and the next none."""
     speeds = []

@@ -34,6 +34,7 @@ def exact(dt: float) -> np.ndarray:
     return START * np.exp(-x) + rate * np.where(x > 0.0, gone / np.where(decay > 0.0, decay, 1.0), dt)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt", [1e-9, 1e-3, 0.7, 50.0])
 @pytest.mark.parametrize("engine", ["numpy", "jax"])
 def test_linear_laws_are_exact_and_every_effect_owns_its_share(dt: float, engine: str) -> None:

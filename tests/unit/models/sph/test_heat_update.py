@@ -34,6 +34,7 @@ def matter() -> Any:
     return tables.tabulated([of(IRON), of(BASALT)], 1e3, 9e6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e-8, 1e-3, 0.3, 30.0, 3000.0])
 def test_matter_has_all_the_heat_and_loses_all_of_it_again(matter: Any, size: float) -> None:
     """To rounding, from less than a cell of the table to far beyond its hottest isentrope."""
@@ -55,6 +56,7 @@ def test_heat_in_proportion_to_the_slope_alone_would_miss(matter: Any) -> None:
     assert np.abs(wrong).max() > 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e-4, 1e-2, 30.0])
 def test_xla_gives_the_ledger_what_matter_has_and_misses_little(matter: Any, size: float) -> None:
     """Newton's second step: half of all matter misses less than a hundredth of what the slope alone does."""

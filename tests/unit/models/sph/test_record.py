@@ -8,6 +8,7 @@ from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timesteps", ["global", "individual"])
 def test_a_snapshot_has_the_thermal_state_of_its_entropies_and_the_energy_of_the_series(timesteps: str) -> None:
     """In a blast wave, where entropies predicted for the forces were up to 4 % from those that a step ends with."""

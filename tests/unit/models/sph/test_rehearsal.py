@@ -1,6 +1,7 @@
 """What is compiled ahead: a step of every kind, which changes nothing."""
 
 import numpy as np
+import pytest
 
 from astroinertia.build.assemble import prepare
 from astroinertia.models.checkpoint import flattened
@@ -17,6 +18,7 @@ def test_sets_of_all_sizes_lie_within_each_other_and_the_last_is_worth_taking_ou
     assert nested(3).tolist() == [0, 0, 0]
 
 
+@pytest.mark.slow
 def test_a_step_of_several_intervals_is_taken_whatever_pays_and_the_state_stays(monkeypatch) -> None:
     body = prepare(load.load_file(SIMS / "evrard.toml", [*SETTINGS, "numerics.timesteps=individual"])).evolution
     before = {name: array.copy() for name, array in body.arrays().items()}

@@ -35,6 +35,7 @@ def test_lists_hold_where_a_step_ends_that_is_shortened_to_meet_a_time(body):
     assert stale(body.problem, body.arrangement, body.state, np.float64(allowed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "steps"), [(1.0, 1), (0.85, 2), (0.6, 3), (0.02, listed_step.ATTEMPTS + 1)])
 def test_a_step_that_outgrows_its_lists_is_taken_again_with_longer_ones(body, monkeypatch, share, steps):
     problem, dt = body.problem, np.float64(body.state.rates.timestep)
