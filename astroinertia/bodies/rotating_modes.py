@@ -100,11 +100,11 @@ def spectrum(
     """Return sigma (complex, (S,)) of all modes exp(i mode phi + i sigma t) that one discretisation has.
 
     Second the share (S,) in each, by mass, of the displacement whose xi_x - i xi_y goes as w^(mode - 1): for mode 2
-    that of a bar, linear in x and y. mode: 2, 4, ...; degree: of the polynomials in w^2 and z^2. gamma: Gamma1, the
+    that of a bar, linear in x and y. mode: 1, 2, ...; degree: of the polynomials in w^2 and z^2. gamma: Gamma1, the
     same everywhere; viscosities as in bar_mode.
     """
-    if mode < 2 or mode % 2:
-        raise ValueError(f"modes must be 2, 4, ..., not {mode!r}")
+    if mode < 1:
+        raise ValueError(f"modes must be 1, 2, ..., not {mode!r}")
     if kinematic_viscosity and star.rotation_law.kind != "rigid":
         raise ValueError("viscosity leaves only rigid rotation as it is: the star must turn rigidly")
     mass, gyration, spread, stiffness, friction, bar = _matrices(star, gamma, mode, degree, bulk_over_shear)
@@ -227,8 +227,8 @@ def _gravity(
     With a = int rho xi_r Y and b = int rho xi . (r grad Y) over a sphere, the potential of the displaced matter is
     -4 pi/(2l+1) Y times int_0^r (s/r)^(l+1) (l a + b) ds + int_r^1 (r/s)^l (b - (l+1) a) ds.
     """
-    field = star.field
-    degrees, r, mu = field.mesh.degrees, field.mesh.radius[:, None], field.cosine
+    field, mesh = star.field, star.field.mesh.odd() if m % 2 else star.field.mesh
+    degrees, r, mu = mesh.degrees, mesh.radius[:, None], field.cosine
     sine = np.sqrt(1 - mu**2)
     harmonic, slope = assoc_legendre_p(degrees[:, None, None], m, mu, norm=True, diff_n=1)
     slope = -sine * slope  # by the angle
@@ -237,7 +237,7 @@ def _gravity(
     tangential = np.einsum("bkj,lkj->bkl", weight * (outwards * mu - up * sine), slope)
     tangential -= np.einsum("bkj,lkj->bkl", weight * m / sine * around, harmonic)
     source = (degrees * radial + tangential) / r
-    inner = np.array([field.mesh.integrals(row)[0] for row in source])
-    dr = (field.mesh.volume_weight / field.mesh.radius)[:, None]  # r dr
+    inner = np.array([mesh.integrals(row)[0] for row in source])
+    dr = (mesh.volume_weight / mesh.radius)[:, None]  # r dr
     half = np.einsum("akl,bkl->ab", 8 * math.pi / (2 * degrees + 1) * dr * (tangential - (degrees + 1) * radial), inner)
     return -(half + half.T) - 8 * math.pi * np.einsum("akl,bkl->ab", r * dr * radial, radial)

@@ -72,6 +72,11 @@ class Mesh:
         inner, outer, below, above = self.integrals(moments)
         return -4 * math.pi * (inner + outer), -4 * math.pi * (below + above), below[-1]
 
+    def odd(self) -> "Mesh":
+        """The same with l = 1, 3, ... in place of 0, 2, ...: for what is symmetric about the equator, with odd m."""
+        elements = (len(self.edges) - 1) // len(self.parts)
+        return build_mesh(self.inner, elements, int(self.degrees[-1]), hollow=not self.split, odd=True)
+
     def interpolated(self, values: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Return values (K, L) at the nodes interpolated to radius (N,) within the mesh, (N, L)."""
         element = np.clip(np.searchsorted(self.edges, radius, side="right") - 1, 0, len(self.edges) - 2)
@@ -84,10 +89,11 @@ class Mesh:
         return np.einsum("nj,njl->nl", lagrange(_NODES, x), values.reshape(-1, NODES, values.shape[1])[element])
 
 
-def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -> Mesh:
+def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False, odd: bool = False) -> Mesh:
     """Return the mesh with `elements` inside and as many outside `inner` (0 < inner <= 1), for l = 0, 2, ... degree.
 
-    A hollow mesh, a ring's, has none inside; one with inner = 1, a sphere's, none outside. ValueError for other inner.
+    A hollow mesh, a ring's, has none inside; one with inner = 1, a sphere's, none outside. odd: l = 1, 3, ...
+    degree + 1 in place of these. ValueError for other inner.
 
     >>> mesh = build_mesh(0.8, elements=4, degree=8)
     >>> print(len(mesh.radius), f"{mesh.volume_weight.sum():.9f}", mesh.degrees)  # the integral of r^2 dr to 1 is 1/3
@@ -96,7 +102,7 @@ def build_mesh(inner: float, elements: int, degree: int, hollow: bool = False) -
     if not 0 < inner <= 1:
         raise ValueError(f"inner must be above 0 and at most 1, not {inner:g}")
     parts = ([] if hollow else [(0.0, inner)]) + ([(inner, 1.0)] if inner < 1 else [])
-    degrees = np.arange(0, degree + 1, 2)
+    degrees = np.arange(0, degree + 1, 2) + odd
     edges, radius, weight, operators = [0.0 if not hollow else inner], [], [], []
     for low, high in parts:
         for element in range(elements):

@@ -110,6 +110,32 @@ def test_units_are_the_stars() -> None:
     assert next(rates) == pytest.approx(math.sqrt(15 / 8) * next(rates))
 
 
-def test_odd_modes_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"2, 4"):
-        spectrum(rotating_star(polytropic_matter(1.0), 0.8), 2.0, 3, 2)
+@pytest.mark.parametrize("mode", [1, 3])
+def test_at_rest_odd_modes_have_the_frequencies_of_spherical_harmonics(mode: int) -> None:
+    """Of degree 3, whatever the order; moved as a whole (mode 1) a star stays where it is."""
+    exact = nonradial_modes(1.5, 5 / 3, 3, 0, 0)[0].squared_frequency
+    sigma, share = spectrum(rotating_star(polytropic_matter(1.5), 1.0), 5 / 3, mode, 4)
+    assert np.abs(sigma.real**2 / exact - 1).min() < 1e-7
+    if mode == 1:
+        assert np.abs(sigma).min() < 1e-6 * math.sqrt(exact)
+    else:
+        assert sigma[np.argmax(share)].real ** 2 == pytest.approx(exact, rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("mode", "t_over_w"), [(2, 0.1375), (3, 0.0991), (4, 0.0771)])
+def test_modes_of_liquids_stand_still_where_gravitational_waves_begin_to_drive_them(mode, t_over_w) -> None:
+    """Comins 1979, MNRAS 189, 233: the mode that goes round backwards in the liquid is at rest seen from outside."""
+    patterns = []
+    for at in (0.99 * t_over_w, 1.01 * t_over_w):
+        liquid = maclaurin.from_energy_ratio(at)
+        sigma, share = spectrum(rotating_star(polytropic_matter(0.0), liquid.c_over_a), STIFF, mode, 2)
+        patterns.append((-sigma[np.argsort(share)[-2:]].real).min())  # of the two that go round either way
+    low, high = patterns
+    assert low < 0 < high
+    assert 0.99 + 0.02 * low / (low - high) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_modes_without_number_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"1, 2"):
+        spectrum(rotating_star(polytropic_matter(1.0), 0.8), 2.0, 0, 2)
