@@ -105,7 +105,7 @@ def test_who_comes_near_is_known_with_the_time():
     time, number = orbits.within(0.8)
     anomaly = np.arccos((1.0 - 0.8) / 0.5)
     assert number == 1 and np.linalg.norm(orbits.position(np.array(time))[1]) < 0.8
-    assert 0.0 <= time - (np.pi - (anomaly - 0.5 * np.sin(anomaly))) < 0.2
+    assert 0.0 <= time - (np.pi - (anomaly - 0.5 * np.sin(anomaly))) < 2e-4
 
 
 def test_outside_its_time_an_ephemeris_knows_nothing():
