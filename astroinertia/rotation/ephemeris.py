@@ -32,6 +32,7 @@ _FINEST_WHFAST = 256  # pieces in one of its steps, which are bodies that meet: 
 _TOLERANCE_ARCHIVE = 1e-8  # between its snapshots
 _ROUND_OFF = 1e-15  # of coefficients over the distance
 _FIRST = 4.0  # of the first segment, in units of the shortest time of the orbits: about right where they are circles
+_DOUBLINGS = 60  # of it at most, where orbits have no end of their own
 _MOST_BYTES = 2e9  # of coefficients
 _OTHER = 1e3  # times the tolerance, over a segment: velocities that are others than those of the positions
 _SURE = 10.0  # times what the slopes of positions may err by
@@ -100,7 +101,7 @@ class Ephemeris:
         part = xp.floor((time - self.start) / (self.end - self.start) * parts).astype(int)
         number = xp.asarray(self.segment)[xp.clip(part, 0, parts - 1)]
         middle, half_length = xp.asarray(self.middle), xp.asarray(self.half_length)
-        late = time > middle[number] + half_length[number]
+        late = time >= middle[number] + half_length[number]  # at an edge the later one, whatever the parts
         number = xp.where(late, xp.minimum(number + 1, middle.shape[0] - 1), number)
         half_length = half_length[number]
         place = (time - middle[number]) / half_length
@@ -111,17 +112,22 @@ class Ephemeris:
 def ephemeris(bodies: Any, end: float, tolerance: float | None = None) -> Ephemeris:
     """The orbits of all particles of a `rebound.Simulation` relative to particle 0, from its time to `end`.
 
-    The simulation stays as it is, and forces that a user added to it are left out. tolerance is the error allowed at
-    the points of the check, over the distance: 1e-13 where none is given, and 1e-8 with WHFast, whose orbits are less
-    smooth. ValueError where there is no companion or no time; NumericalError where the tolerance is not reached, or
-    where the table would outgrow the memory. Checked by tests/unit/rotation/test_ephemeris.py.
+    A table to a later end has the same places to the bit, but for WHFast, whose segments are all as short as the
+    hardest needs. The simulation stays as it is, and forces that a user added to it are left out. tolerance is the
+    error allowed at the points of the check, over the distance: 1e-13 where none is given, and 1e-8 with WHFast, whose
+    orbits are less smooth. ValueError where there is no companion or no time; NumericalError where the tolerance is
+    not reached, or where the table would outgrow the memory. Checked by tests/unit/rotation/test_ephemeris.py.
     """
     start, span = float(bodies.t), float(end) - float(bodies.t)
     if bodies.N < 2:
         raise ValueError("an ephemeris needs a companion")
     if not span > 0.0:
         raise ValueError(f"the ephemeris ends at {end:g}, which is not after its start at {start:g}")
-    fit = _segments(bodies, span, _allowed(bodies, tolerance))
+    from astroinertia.orbits import states  # only here: what reads an ephemeris does without REBOUND
+
+    # Segments are parts of a time that the orbits give, and not of the table's: so they are those of any other end.
+    whole = 2.0**_DOUBLINGS * _FIRST * states.shortest_time(bodies)
+    fit = _segments(bodies, whole, span, _allowed(bodies, tolerance))
     return _of_bodies(bodies, start, end, start + fit.middle, fit.half_length, fit.coefficients, fit.error)
 
 
@@ -154,7 +160,7 @@ def ephemeris_of(
     level = math.ceil(math.log2(max(1.0, float(np.max((end - start) * fast / distance)) / _FIRST)))
     known = _Known(states, start, list(masses), tolerance)
     try:
-        fit = _adapted(known, end - start, tolerance, level)
+        fit = _adapted(known, end - start, end - start, tolerance, level)
     except NumericalError:
         known.refuse_rounded_times()
         raise
@@ -193,7 +199,7 @@ def archive_ephemeris(
     for now, following in pairwise(stored):
         if now.t >= end:
             break
-        piece = _segments(now, following.t - now.t, _TOLERANCE)
+        piece = _segments(now, following.t - now.t, following.t - now.t, _TOLERANCE)
         stood = states.present(following)[0]
         apart = np.max(np.linalg.norm(piece.end - stood, axis=1) / np.linalg.norm(stood, axis=1))
         if not apart <= tolerance:
@@ -278,18 +284,19 @@ def _allowed(bodies: Any, tolerance: float | None) -> float:
     return _TOLERANCE_WHFAST if str(bodies.integrator) == "whfast" else _TOLERANCE
 
 
-def _segments(bodies: Any, span: float, allowed: float) -> _Segments:
+def _segments(bodies: Any, span: float, until: float, allowed: float) -> _Segments:
+    """Segments that are parts of a span, as many as it takes to a time."""
     # Only here: what reads an ephemeris does without REBOUND.
     from astroinertia.orbits import states
     from astroinertia.orbits.dense import DenseOrbits
 
     level = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
     if str(bodies.integrator) == "whfast":
-        return _alike(bodies, span, allowed, level)
-    return _adapted(DenseOrbits(bodies), span, allowed, level)
+        return _alike(bodies, span, until, allowed, level)
+    return _adapted(DenseOrbits(bodies), span, until, allowed, level)
 
 
-def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
+def _alike(bodies: Any, span: float, until: float, allowed: float, level: int) -> _Segments:
     """Segments of one length, for WHFast: a change of its step on the way would not be symplectic."""
     from astroinertia.orbits import states
 
@@ -301,7 +308,7 @@ def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
                 f"not smooth to {allowed:.1e} of the distance (bodies that meet); take ias15"
             )
         now, worst, parts = bodies.copy(), 0.0, []
-        while len(parts) < 2 ** (level + halvings):
+        while len(parts) * length < until:
             now.t = 0.0  # of the segment: late times are too coarse for the points
             coefficients, error = _fitted(*states.states(now, length * _SHARES), 0.5 * length)
             if not error <= allowed:
@@ -315,13 +322,12 @@ def _alike(bodies: Any, span: float, allowed: float, level: int) -> _Segments:
     raise AssertionError  # _refuse_more has raised
 
 
-def _adapted(orbits: Any, span: float, allowed: float, first: int) -> _Segments:
+def _adapted(orbits: Any, span: float, until: float, allowed: float, first: int) -> _Segments:
     """Segments that are halved and doubled on the way."""
     level = first
     number, worst, parts = 0, 0.0, []
     place = np.empty((1, 0, 3))
-    while number < 2**level:
-        length = span / 2**level
+    while number * (length := span / 2**level) < until:
         place, speed = orbits.at(length * _SHARES)
         coefficients, error = _fitted(place, speed, 0.5 * length)
         if error <= allowed:

@@ -115,6 +115,22 @@ def test_outside_its_time_an_ephemeris_knows_nothing():
     assert known.tolist() == [False, True, True, True, False]
 
 
+@pytest.mark.parametrize("integrator", ["ias15", "whfast"])
+def test_a_table_to_a_later_end_has_the_same_places(integrator):
+    """To the bit, at the edges of its segments, too: a run that is to go further has the orbits that it had."""
+    pair = [
+        Companion("moon", 0.01, period=1.0, eccentricity=0.3),
+        Companion("sun", 300.0, period=13.0, eccentricity=0.1),
+    ]
+    bodies = simulation(1.0, pair, integrator=integrator)
+    short, long = ephemeris(bodies, 3.3), ephemeris(bodies, 20.0)
+    edges = (short.middle + short.half_length)[:-1]
+    times = np.concatenate([[0.0], edges, np.random.default_rng(1).uniform(0.0, 3.3, 2000), [3.3]])
+    assert len(edges) > 10
+    np.testing.assert_array_equal(short.position(times), long.position(times))
+    np.testing.assert_array_equal(short.velocity(times), long.velocity(times))
+
+
 @pytest.mark.slow
 def test_whfast_steps_evenly_and_keeps_the_orbit():
     planets = [
