@@ -164,12 +164,6 @@ def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem:
         f".memory['{DENSITY_FACTOR}']": checkpoint.POSITIVE,
         ".points['companions'].mass": checkpoint.SIZE,
     }
-    orbits = ".points['companions'].orbits."
-    if f"{orbits}middle" in stored:
-        limits |= {
-            f"{orbits}half_length": checkpoint.POSITIVE,
-            f"{orbits}segment": (0, stored[f"{orbits}middle"][1][0] - 1),
-        }
     checkpoint.check(arrays, expected, limits)
     if len(np.unique(arrays[".identity"])) != count:
         raise ValueError("two of its particles have the same identity")

@@ -16,16 +16,18 @@ SIZE = (0.0, LARGEST)  # of what is not negative
 LATE = 1e-9  # a run may end so much later than it should, over its length
 COUNT = (0, 2**53)
 POSITIVE = (5e-324, LARGEST)
+_OF_SCENE = ".orbits."  # in a path: what the scene says, which may go on to a later end than when it was saved
 
 
 def flattened(state: State) -> dict[str, np.ndarray]:
-    """Every array of a state under its path."""
-    return {path: np.asarray(leaf) for path, leaf in named_leaves(state).items()}
+    """Every array of a state under its path, but for known orbits of companions."""
+    return {path: np.asarray(leaf) for path, leaf in named_leaves(state).items() if _OF_SCENE not in path}
 
 
 def unflattened(like: State, arrays: Mapping[str, np.ndarray], xp: Any) -> State:
-    """The state of which `arrays` are the leaves; `like` has the same structure."""
-    return with_leaves(like, {path: xp.asarray(arrays[path]) for path in named_leaves(like)})
+    """The state of which `arrays` are the leaves; `like` has the same structure, and known orbits."""
+    leaves = named_leaves(like).items()
+    return with_leaves(like, {path: xp.asarray(leaf if _OF_SCENE in path else arrays[path]) for path, leaf in leaves})
 
 
 def length(arrays: Mapping[str, np.ndarray], name: str) -> int:
