@@ -19,19 +19,25 @@ if TYPE_CHECKING:
 
 _OTHER_BODY = 2.0  # times as heavy or light: no uncertainty of a mass, or of G
 _COVERED = 1.0 + 1e-9  # of the run by the orbits: its last step may end a rounding late
+AT_FIRST = 4096.0  # radians of the fastest orbit: some 650 turns, which take a second or two
 
 
-def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
-    """Where they are at any time of the run (`rotation.ephemeris.Ephemeris`), in code units; None without any."""
+def companions(scene: Scene, units: CodeUnits, mass: float, turns: float = math.inf) -> Any:
+    """Where they are at any time of the run (`rotation.ephemeris.Ephemeris`), in code units; None without any.
+
+    turns: radians of the fastest of their orbits, after which these end, if not with the run; not of an archive's.
+    """
     archive = scene.orbits.archive
     if archive is None and not scene.companions:
         return None
     # Only here: other scenes do without REBOUND.
+    from astroinertia.orbits import states
     from astroinertia.rotation.ephemeris import archive_ephemeris, ephemeris
 
     end = units.to_code(scene.time.end, "time")
     if archive is None:
-        return ephemeris(bodies(scene, units, mass), _COVERED * end)
+        every = bodies(scene, units, mass)
+        return ephemeris(every, min(_COVERED * end, turns * states.shortest_time(every)))
     if scene.companions:
         raise SceneError("[orbits] archive holds the companions, so [[companions]] must not be given with it.")
     refuse_archive(scene, units, mass)
@@ -41,10 +47,10 @@ def companions(scene: Scene, units: CodeUnits, mass: float) -> Any:
         raise SceneError(f"[orbits] archive: {str(error).rstrip('.')}.") from None
 
 
-def of_rigid(scene: Scene, units: CodeUnits, mass: float) -> Any:
+def of_rigid(scene: Scene, units: CodeUnits, mass: float, turns: float) -> Any:
     """Those of a rigid body of that mass, in code units: on known orbits, or as they begin where it acts on them."""
     if not scene.orbits.back_reaction:
-        return companions(scene, units, mass)
+        return companions(scene, units, mass, turns)
     # Only here: other scenes do without REBOUND.
     from astroinertia.models.rigid import two_way
     from astroinertia.orbits import states

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from astroinertia.inertia.tensor import about_point, inertia_from_second_moment,
 from astroinertia.models.rigid import body as rigid
 from astroinertia.models.rigid.evolution import RigidBody, Settings
 from astroinertia.rotation.attitude import nearest_rotation, quaternion, rotation
+from astroinertia.rotation.ephemeris import Ephemeris
 from astroinertia.scene.initial_body import wobbling
 from astroinertia.scene.schema import Scene
 from astroinertia.sph import profiles
@@ -47,6 +49,10 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     if deformable:
         deformability, rate = deformable[0].deformability, deformable[0].rate
         tensor = _at_rest(tensor, deformability, rate)
+    # A run that so many steps may end needs no more than the first orbits, unless it comes further.
+    brief = scene.time.max_steps is not None
+    others = _outside(scene, units, mass, companions.AT_FIRST if brief else math.inf)
+    further = partial(_outside, scene, units, mass) if brief and isinstance(others, Ephemeris) else None
     principal, axes = principal_frame(tensor)
     if deformable and scene.body.rotation is not None and scene.body.rotation.angular_momentum is not None:
         raise SceneError("[body.rotation] needs a rate or a period with the effect rotational_deformation.")
@@ -59,7 +65,7 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
         deformability=deformability,
         axes=axes.T,
         effects=effects,
-        companions=_outside(scene, units, mass),
+        companions=others,
         change=_change(scene, units),
         arm=None if arm is None else axes @ arm,
     )
@@ -75,15 +81,16 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     chosen = scene.numerics
     settings = Settings(chosen.integrator, chosen.tolerance, chosen.steps_per_rotation, chosen.order)
     names = companions.names(scene, units) if scene.orbits.back_reaction else ()
-    return RigidBody(body, quaternion(attitude), momentum, settings, names)
+    return RigidBody(body, quaternion(attitude), momentum, settings, names, further)
 
 
-def _outside(scene: Scene, units: CodeUnits, mass: float) -> Any:
+def _outside(scene: Scene, units: CodeUnits, mass: float, turns: float = math.inf) -> Any:
     """The companions; SceneError where known orbits lead one within the body, to which the others may have pushed it.
 
+    Known orbits end after so many radians of the fastest of them, or with the run.
     What its own orbit says alone is refused before (build.refusals); those that the body acts on, during the run.
     """
-    others, radius = companions.of_rigid(scene, units, mass), scene.body.radius
+    others, radius = companions.of_rigid(scene, units, mass, turns), scene.body.radius
     if others is None or radius is None or scene.orbits.back_reaction:
         return others
     if (found := others.within(units.to_code(radius, "length"))) is None:

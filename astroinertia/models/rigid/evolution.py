@@ -1,7 +1,7 @@
 """A rigid body as the run loop sees it: by the splitting or adaptively, from one break of its torques to the next."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
@@ -19,6 +19,7 @@ from astroinertia.models.rigid.passage import AT_ONCE, Course, Met, filled
 from astroinertia.models.rigid.record import RIGIDITY, Ledger, dissipates, ledgers
 from astroinertia.models.rigid.splitting import Rotor, in_body
 from astroinertia.observables.quantities import BodyState, row
+from astroinertia.rotation.ephemeris import Ephemeris
 
 Array = Any
 
@@ -48,7 +49,8 @@ class Settings:
 class RigidBody:
     """A rigid body under way (models.protocol.Evolution), from a quaternion (4,) and L in its principal axes (3,).
 
-    companions: names of those that it acts on.
+    companions: names of those that it acts on. further: the whole of known orbits, where those of the body end before
+    the run does: asked for when it comes there.
     Runs under jax.enable_x64. Checked by tests/unit/models/rigid/test_evolution.py.
     """
 
@@ -58,12 +60,13 @@ class RigidBody:
     resumable: ClassVar[bool] = True
 
     def __init__(
-        self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, companions: Sequence[str] = ()
+        self, body: Rigid, quaternion: Array, momentum: Array, settings: Settings, companions: Sequence[str] = (),
+        further: Callable[[], Ephemeris] | None = None,
     ) -> None:  # fmt: skip
         if isinstance(body.companions, two_way.Companions):
             several = settings.steps_per_rotation < two_way.STEPS_PER_TURN
             body = replace(body, companions=replace(body.companions, substeps=1 if several else None))
-        self.body, self.settings, self.companions = body, settings, companions
+        self.body, self.settings, self.companions, self._further = body, settings, companions, further
         self.effects = (*(effect.kind for effect in body.effects), RIGIDITY)
         self._begun: np.ndarray | None = None  # of a branch, the time, attitude and L that it began with
         self._start(0.0, quaternion, momentum)
@@ -78,6 +81,7 @@ class RigidBody:
         self._start(float(begun[0]), begun[1:5], begun[5:])
 
     def _start(self, time: float, quaternion: Array, momentum: Array) -> None:
+        self._reach(time)
         body = self.body
         sized = _BY_SIZE if body.change is not None else 0
         self.state = splitting.rotor(quaternion, momentum, np.zeros(sized + len(body.effects)))
@@ -139,6 +143,7 @@ class RigidBody:
         times = times[times < min(self.breaks(times[-1]), default=math.inf)]
         if not len(times) or times[0] - self._time <= SHORTEST * abs(times[0]):
             return []
+        times = times[: max(1, int((times <= self._known_until).sum()))]  # those to which orbits are known already
         return self._records(self._go(self.during(times[-1]), times, most))
 
     def record(self, opening_potential: float | None) -> Record:
@@ -176,6 +181,7 @@ class RigidBody:
         self.state = jax.tree.unflatten(structure, [jnp.asarray(arrays[f"state_{k}"]) for k in range(len(leaves))])
         self._time, self._steps = float(arrays["time"]), int(arrays["steps"])
         self._timestep, self._pace = float(arrays["timestep"]), float(arrays["pace"])
+        self._reach(self._time)
 
     def figures(self) -> Figures:
         """What the progress line shows."""
@@ -198,9 +204,20 @@ class RigidBody:
 
     def during(self, stop: float) -> Rigid:
         """The body as it is from now to a time, with no break in between."""
+        self._reach(stop)
         return replace(
             self.body, effects=tuple(effect.during(self._time, stop) for effect in self.body.effects)
         )  # fmt: skip
+
+    @property
+    def _known_until(self) -> float:
+        """The time to which orbits are known without asking for more of them."""
+        return math.inf if self._further is None else float(self.body.companions.end)
+
+    def _reach(self, time: float) -> None:
+        """Have known orbits that lead to a time."""
+        if self._further is not None and time > self._known_until:
+            self.body, self._further = replace(self.body, companions=self._further()), None
 
     def _go(self, body: Rigid, times: Sequence[float] | np.ndarray, most: float = math.inf) -> Met:
         """Go through times and give the states at those that were met; NumericalError where the first is not."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import rebound
 
-from astroinertia.build import rigid as start_rigid
+from astroinertia.build import companions as start_companions, rigid as start_rigid
 from astroinertia.build.assemble import metadata
 from astroinertia.build.companions import companions
 from astroinertia.build.refusals import refuse_impossible
@@ -59,6 +59,46 @@ def test_the_torque_of_a_scene_and_its_reaction():
         # The orbit's answer is of second order in the torque; the angular momentum of all is kept.
         assert 1e-12 < np.abs(one - other).max() < 1e-2 * np.abs(one).max()
         assert np.abs(kept(coupled)[0] - momentum).max() < 1e-15 * np.linalg.norm(momentum)
+
+
+@pytest.mark.slow
+def test_a_run_that_steps_may_end_has_its_first_orbits_and_finds_the_others_when_it_comes_there(monkeypatch):
+    """In outputs and between them, as a branch, and as the bits of the same run that is resumed on either side."""
+    monkeypatch.setattr(start_companions, "AT_FIRST", 0.9)
+    limited = SCENE + "max_steps = 9\n" + MOON
+    times = np.linspace(0.0, 1.5, 7)[1:]
+    with jax.enable_x64(True):
+        whole, brief, branch = evolution(SCENE + MOON), evolution(limited), evolution(limited)
+        ends = [float(one.body.companions.end) for one in (whole, brief)]
+        assert ends[0] > 2.0 and 0.25 < ends[1] < 0.9
+        met, part, saved = whole.through(times, 0.0, np.inf), [], []
+        while len(part) < len(times):
+            part += brief.through(times[len(part) :], 0.0, np.inf)
+            saved.append((len(part), float(brief.body.companions.end), brief.arrays()))
+        assert [end for _, end, _ in saved] == [ends[1], ends[0], ends[0]] and len(met) == len(part)
+        for one, other in zip(met, part, strict=True):
+            np.testing.assert_array_equal(one["companion_position"], other["companion_position"])
+            assert one["angular_momentum"] == pytest.approx(other["angular_momentum"], rel=1e-13)
+        branch.begin(whole)
+        assert branch.record(0.0)["companion_position"] == pytest.approx(met[-1]["companion_position"], rel=1e-14)
+        for count, _, arrays in saved[:2]:
+            resumed = evolution(limited)
+            resumed.resume(arrays)
+            assert np.isfinite(resumed.record(0.0)["companion_position"]).all()
+            while count < len(times):
+                count += len(resumed.through(times[count:], 0.0, np.inf))
+            np.testing.assert_array_equal(brief.state.turning.total, resumed.state.turning.total)
+
+
+@pytest.mark.slow
+def test_whoever_comes_within_the_body_is_noticed_when_the_run_finds_the_orbits_to_there(monkeypatch):
+    monkeypatch.setattr(start_companions, "AT_FIRST", 0.9)
+    text = SCENE.replace("mass = 1.0\n", "mass = 1.0\nradius = 0.83\n")
+    text += "max_steps = 9\n" + MOON + "mean_anomaly = 4.5\n"
+    with jax.enable_x64(True):
+        run = evolution(text)
+        with pytest.raises(SceneError, match=r"moon comes within the body at 1\.\d"):
+            run.advance(2.0)
 
 
 @pytest.mark.full
