@@ -52,7 +52,7 @@ class Machine:
 # them). Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.* of a pair; those of
 # fixed.* are what a pass takes however few particles there are, and those of few.* a particle's of the programs that
 # few have (engines.few), as one thread takes for 100 and 1000 of them; compile.sph is all that a first run of particles
-# compiles.
+# compiles, orbit a turn of a companion on a circle (costs.orbits).
 REFERENCE_NEIGHBOURS = 74.0
 SHIPPED_MACHINE = "a 2-core x86-64 machine"
 PRECISIONS = ("mixed", "float64")
@@ -69,6 +69,7 @@ SHIPPED_SECONDS: dict[str, tuple[float, float]] = {
     "record.adaptive": (5.4e-05, 5.8e-05),
     "prepare.adaptive": (2.1, 2.8),
     "companions": (3.4, 5.1),
+    "orbit": (0.00053, 0.00053),
     "prepare.sph": (0.79, 0.69),
     "record": (0.0019, 0.0014),
     "record.particle": (5.6e-06, 9e-06),

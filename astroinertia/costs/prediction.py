@@ -15,6 +15,7 @@ from astroinertia.costs import course, experience, piloted, processes, smooth
 from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
 from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
+from astroinertia.costs.orbits import tabulating
 from astroinertia.process.stopwatch import Seconds, total
 from astroinertia.scene.body_kinds.layered import LayeredPlanet
 from astroinertia.scene.plan import cadence, records
@@ -31,7 +32,7 @@ IN_THE_FINAL_FILE = {"sph": 1.2}  # bytes of a record there, with what follows f
 SMOOTH = 0.6  # the same without particles: smooth series are compressed well
 CHECKPOINTS = 2  # that a folder keeps (storage.archive)
 COMPRESSED = 0.75  # a snapshot in the final file
-PREPARATION = ("start-up", "compiling", "placing", "solving for planets", "settling")
+PREPARATION = ("start-up", "compiling", "orbits of companions", "placing", "solving for planets", "settling")
 # Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
 # 3.4, of companion runs of Dyson's ellipsoid in particles and of a top, and of pilots of tops).
 AGAIN = 0.05
@@ -116,6 +117,7 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     parts = {"start-up": costs["start"] + costs["prepare.sph"]}
     if experience.left_to_compile(scene) > 0.0:
         parts["compiling"] = compiling(scene, costs)
+    parts |= _orbits(scene, machine)
     if any(isinstance(alone.body, LayeredPlanet) for alone in scene.alone()):
         parts["solving for planets"] = COMPILED_FOR_PLANETS * costs["compile.sph"]
     if not experience.placed(scene):
@@ -166,13 +168,21 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     steps = 0.0
     if kind != "scaling":
         parts["compiling"] = total(costs[name] for name in smooth.compiled(scene))
-        steps = smooth.steps(scene, written)
+        whole = smooth.steps(scene, written)
+        steps = min(whole, scene.time.max_steps or math.inf)
+        written *= steps / whole
+        parts |= _orbits(scene, machine, steps / whole)
         parts["steps"] = steps * smooth.of_step(scene) * costs[f"step.{kind}"]
     size = files(scene, written, 0, steps)
     parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
     done = tuple(share / SHARES for share in range(SHARES + 1))
     return Prediction(parts, steps, "an estimate", done, machine.memory[kind], size, machine.calibrated)
+
+
+def _orbits(scene: Scene, machine: Machine, share: float = 1.0) -> dict[str, Seconds]:
+    taken = tabulating(scene, machine, share)
+    return {"orbits of companions": taken} if taken.wall > 0.0 else {}
 
 
 def placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds]:

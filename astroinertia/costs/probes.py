@@ -25,7 +25,9 @@ from astroinertia.costs.evaluations import PASSES
 from astroinertia.costs.machine import PRECISIONS, peak_memory
 from astroinertia.costs.probe_scenes import CLOUD, COMPANION, ELLIPSOID, RIGID, SCALING
 from astroinertia.models.sph.evaluate import pair_fields
+from astroinertia.orbits.simulation import Companion, simulation
 from astroinertia.process.stopwatch import Seconds, Stopwatch, less, now, since, total, watched
+from astroinertia.rotation.ephemeris import ephemeris
 from astroinertia.scene import load
 from astroinertia.sph import placement, profiles
 from astroinertia.storage.archive import Archive
@@ -35,6 +37,7 @@ BY_THEMSELVES = 400  # particles with steps of their own, beside MANY
 WARM, STEPS = 3, 8  # steps before, and steps that are timed
 EVALUATIONS = 3e4  # of particles, at least, in base steps of individual ones
 GLASS = 2000
+TURNS = 500.0  # of a companion
 Pairs = dict[str, Seconds]
 
 
@@ -235,7 +238,14 @@ def of_rigid() -> Pairs:
         body.record(0.0)
         costs[f"step.{integrator}"] = _stepped(body, until)
         costs[f"record.{integrator}"] = _recorded_at_once(body, 1.1 * until)
-    return costs | {"prepare.adaptive": first["adaptive"], "companions": _timed(_with_companion)}
+    companion = _timed(_with_companion)
+    return costs | {"prepare.adaptive": first["adaptive"], "companions": companion, "orbit": _turn()}
+
+
+def _turn() -> Seconds:
+    """Of a companion on a circle, to be tabulated."""
+    pair = simulation(1.0, [Companion("moon", 0.0, period=1.0)])
+    return _timed(lambda: ephemeris(pair, TURNS)) * (1.0 / TURNS)
 
 
 def _with_companion() -> None:
