@@ -29,6 +29,7 @@ SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4
 _SOLAR_DENSITY = SOLAR_MASS / SOLAR_LENGTH**3  # kg m-3
 
 _ROUNDING = 1e-13  # a value this close to that at an edge is the edge
+_BEYOND = 709.0  # ln of what numbers hold: the density of an almost isothermal gas grows past that at once
 _CGS_DENSITY = 1e3  # kg m-3 in one g cm-3
 _CGS_PRESSURE = 0.1  # Pa in one dyn cm-2
 
@@ -158,13 +159,18 @@ class Barotrope:
         require_positive(**{f"the central {quantity}": value})
 
         def excess(enthalpy: float, piece: Piece) -> float:
-            density, pressure = piece.at(enthalpy)
+            """The logarithm of the quantity over the value, or how far numbers go."""
+            try:
+                density, pressure = piece.at(enthalpy)
+            except OverflowError:
+                return _BEYOND
             quantities = {
                 "rest_density": density,
                 "pressure": pressure,
                 "energy_density": density * (1 + enthalpy) - pressure,
             }
-            return quantities[quantity] / value - 1
+            ratio = quantities[quantity] / value
+            return min(math.log(ratio), _BEYOND) if ratio > 0 else -_BEYOND
 
         for low, high, piece in zip(self.edges, self.edges[1:], self.pieces, strict=False):
             if math.isinf(high):
@@ -185,7 +191,7 @@ class Barotrope:
                 return root_between(partial(excess, piece=piece), low, high, 1e-300, 8.9e-16)
         raise ValueError(
             f"equation of state {self.name}: a {quantity} of {value:.6g} lies above the largest that it covers, "
-            f"{value * (1 + excess(self.edges[-1], self.pieces[-1])):.6g}"
+            f"{value * math.exp(excess(self.edges[-1], self.pieces[-1])):.6g}"
         )
 
 

@@ -61,7 +61,7 @@ def test_a_polytrope_is_its_formula():
     np.testing.assert_allclose(EQUATIONS[2].pressure(eta), 30.0 * energy**1.8, rtol=1e-13)
 
 
-@pytest.mark.parametrize(("constant", "gamma"), [(1e-3, 1.001), (100.0, 1.005), (1e5, 1.02)])
+@pytest.mark.parametrize(("constant", "gamma"), [(1e-3, 1.001), (100.0, 1.001), (100.0, 1.005), (1e5, 1.02)])
 def test_a_polytrope_of_almost_one_temperature_is_its_formula(constant, gamma):
     """K^n and (n + 1)^-n, which such an index takes beyond the numbers, are not asked for."""
     equation = polytrope(constant, gamma)
@@ -69,6 +69,17 @@ def test_a_polytrope_of_almost_one_temperature_is_its_formula(constant, gamma):
         eta = equation.enthalpy_of("rest_density", rest)
         assert equation.pressure(eta) == pytest.approx(constant * rest**gamma, rel=1e-11)
         assert equation.energy_density(eta) == pytest.approx(rest + constant * rest**gamma / (gamma - 1), rel=1e-11)
+
+
+@pytest.mark.parametrize("constant", [1e-12, 1e-3, 100.0])
+@pytest.mark.parametrize("gamma", [1.0001, 1.000001])
+def test_the_centre_of_an_almost_isothermal_gas_is_that_of_its_formula(constant, gamma):
+    """eta = (n + 1) K rho^(1/n) hardly changes with the density, which is soon beyond what numbers hold."""
+    equation = polytrope(constant, gamma)
+    for rest in (1e-30, 1e-3, 1e10):
+        exact = gamma / (gamma - 1) * constant * rest ** (gamma - 1)
+        assert equation.enthalpy_of("rest_density", rest) == pytest.approx(exact, rel=1e-14)
+        assert equation.enthalpy_of("pressure", constant * rest**gamma) == pytest.approx(exact, rel=1e-14)
 
 
 def test_pieces_meet_and_jumps_are_those_asked_for():
