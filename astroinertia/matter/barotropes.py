@@ -116,7 +116,7 @@ class CondensedLaw:
     """A solid or liquid with a smooth P(rho) from `zero_density` > 0, where it is zero, up to `largest_density`.
 
     By cubic splines of a table of 2000 densities: a figure asks a law some ten thousand times. A smooth law is kept to
-    about 1e-11. Densities beyond the largest are refused with ValueError.
+    3e-10 of itself, also where its pressure vanishes. Densities beyond the largest are refused with ValueError.
 
     >>> law = CondensedLaw(lambda rho: rho - 1, zero_density=1.0, largest_density=3.0)  # P = rho - 1: h = ln(rho)
     >>> print(f"{law.density(np.log(2.0)):.9f}")
@@ -127,17 +127,22 @@ class CondensedLaw:
     zero_density: float
     largest_density: float
     surface_index: float = field(default=0.0, init=False)
-    _splines: dict[str, CubicSpline] = field(init=False, repr=False)
+    _splines: dict[str, CubicSpline | CubicHermiteSpline] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not 0 < self.zero_density < self.largest_density:
             raise ValueError("a condensed law needs 0 < zero_density < largest_density")
         density = self.zero_density * np.linspace(1.0, self.largest_density / self.zero_density, _ROWS)
-        pressure = CubicSpline(density, self.pressure_of_density(density))
-        enthalpy = CubicSpline(density, pressure(density, 1) / density).antiderivative()(density)
-        values = pressure(density) - pressure(density[0])
-        tables = {"density": (enthalpy, density), "pressure": (enthalpy, values), "enthalpy": (values, enthalpy)}
-        object.__setattr__(self, "_splines", {name: CubicSpline(*table) for name, table in tables.items()})
+        pressure = np.asarray(self.pressure_of_density(density), dtype=float)
+        pressure = pressure - pressure[0]
+        # By parts, as slopes at the end of a spline are less exact than the values, and all there is at the surface.
+        enthalpy = pressure / density + CubicSpline(density, pressure / density**2).antiderivative()(density)
+        splines = {
+            "density": CubicSpline(enthalpy, density),
+            "pressure": CubicHermiteSpline(enthalpy, pressure, density),
+            "enthalpy": CubicHermiteSpline(pressure, enthalpy, 1 / density),
+        }
+        object.__setattr__(self, "_splines", splines)
 
     def _at(self, name: str, value) -> np.ndarray:
         spline = self._splines[name]
