@@ -1,9 +1,11 @@
 """Cold equations of state from tables: monotone, with the first law of thermodynamics kept exactly between the rows.
 
-Rows give the pressure and either the energy density or the rest-mass density; the specific enthalpy eta of each row
-follows from the first law, d ln(1 + eta) = dP/(e + P) or d eta = dP/rho0, by quadrature of a monotone interpolant.
-Between rows ln P is the cubic of ln eta whose slopes are the table's own (dP/d eta = rho0), and rho0 and e are derived
-from it: a power law is reproduced exactly. Two rows of one pressure are a phase transition, where the density jumps.
+Rows give the pressure and either the energy density or the rest-mass density. A monotone curve of ln rho0 by ln P goes
+through them, and the specific enthalpy eta follows from the first law, d eta = dP/rho0, by quadrature; where rows are
+of energy, rho0 = (e + P)/(1 + eta) there, and curve and eta are found in turns. Between the knots of the quadrature
+ln P is the cubic of ln eta whose slopes are the table's own (dP/d eta = rho0), and rho0 and e are derived from it: a
+power law P = K rho0^gamma is reproduced exactly. Two rows of one pressure are a phase transition, where the density
+jumps.
 
 Sources: Swesty 1996, J. Comput. Phys. 127, 118 (consistency by construction); Fritsch & Carlson 1980, SIAM J. Numer.
 Anal. 17, 238 (monotone cubics). Tests: tests/unit/matter/test_compact_tables.py.
@@ -25,6 +27,7 @@ _FIRST = 16  # knots a row: tables of four rows a decade then keep pieces of pow
 _FINEST = 128  # by then the density must rise throughout
 _SURFACE_STEPS = 40  # each gains a factor of some P/e of the first row
 _FIRST_LAW = 0.02  # allowed change of the table's rho0 over that from its own P and e
+_SETTLED, _MOST_TURNS = 1e-14, 200  # of ln rho0 at the rows, and far more turns than that takes
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -60,39 +63,47 @@ class TablePiece:
         return slope * enthalpy / ((1 + enthalpy) * (slope * (slope - 1) + bend))
 
 
-def _monotone(x: np.ndarray, y: np.ndarray):
-    """The cubic spline through the rows where that rises throughout, else the monotone cubic of Fritsch and Carlson."""
-    if len(x) >= _FEWEST_ROWS:
-        spline = CubicSpline(x, y)
-        fine = np.linspace(x[:-1], x[1:], 17).ravel(order="F")
-        if np.all(spline(fine, 1) > 0):
-            return spline
-    return PchipInterpolator(x, y)
+def _enthalpy(curve, start: float, edges: np.ndarray) -> np.ndarray:
+    """eta at edges in ln P, from `start` at the first: the integral of dP/rho0 along a curve of ln rho0 by ln P."""
+    half = np.diff(edges)[:, None] / 2
+    points = (edges[1:] + edges[:-1])[:, None] / 2 + half * _NODES
+    rises = np.sum(half * _WEIGHTS * np.exp(points - curve(points)), axis=1)
+    return start + np.concatenate([[0.0], np.cumsum(rises)])
 
 
-def _knots(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float, parts: int):
-    """eta, rho0 and ln P at `parts` knots a row: the first law integrated from eta = start at the first row."""
-    curve = _monotone(log_pressure, log_density)
-    fine = np.concatenate(
-        [np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(log_pressure)] + [log_pressure[-1:]]
-    )
-    half = np.diff(fine)[:, None] / 2
-    points = (fine[1:] + fine[:-1])[:, None] / 2 + half * _NODES
-    pressure, density = np.exp(points), np.exp(curve(points))
-    rise = np.sum(half * _WEIGHTS * pressure / (density + pressure if by_energy else density), axis=1)
-    at_knots = np.exp(curve(fine))
+def _finer(edges: np.ndarray, parts: int) -> np.ndarray:
+    return np.concatenate([np.linspace(a, b, parts, endpoint=False) for a, b in pairwise(edges)] + [edges[-1:]])
+
+
+def _through(interpolant, log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float):
+    """ln rho0 by ln P through the rows; where these are of energy, rho0 is (e + P)/(1 + eta), with eta by the curve."""
+    curve = interpolant(log_pressure, log_density)
     if by_energy:
-        eta = np.expm1(math.log1p(start) + np.concatenate([[0.0], np.cumsum(rise)]))
-        return eta, (at_knots + np.exp(fine)) / (1 + eta), fine
-    return start + np.concatenate([[0.0], np.cumsum(rise)]), at_knots, fine
+        heavy, edges = np.log(np.exp(log_density) + np.exp(log_pressure)), _finer(log_pressure, _FIRST)
+        for _ in range(_MOST_TURNS):
+            rest = heavy - np.log1p(_enthalpy(curve, start, edges)[::_FIRST])
+            change, curve = np.max(np.abs(rest - curve(log_pressure))), interpolant(log_pressure, rest)
+            if change < _SETTLED:
+                break
+    return curve
+
+
+def _curve(log_pressure: np.ndarray, *rows):
+    """The cubic spline through the rows where that rises throughout, else the monotone cubic of Fritsch and Carlson."""
+    if len(log_pressure) >= _FEWEST_ROWS:
+        spline = _through(CubicSpline, log_pressure, *rows)
+        if np.all(spline(_finer(log_pressure, _FIRST), 1) > 0):
+            return spline
+    return _through(PchipInterpolator, log_pressure, *rows)
 
 
 def _piece(log_pressure: np.ndarray, log_density: np.ndarray, by_energy: bool, start: float):
     """The stretch from eta = start, and the eta at its end; knots are added until the density rises everywhere."""
-    parts = _FIRST
+    curve, parts = _curve(log_pressure, log_density, by_energy, start), _FIRST
     while parts <= _FINEST:
-        eta, density, fine = _knots(log_pressure, log_density, by_energy, start, parts)
-        x, slope = np.log(eta), eta * density / np.exp(fine)
+        fine = _finer(log_pressure, parts)
+        eta = _enthalpy(curve, start, fine)
+        x, slope = np.log(eta), eta * np.exp(curve(fine) - fine)
         piece = TablePiece(x.tolist(), fine.tolist(), slope.tolist())
         inside = np.exp(np.linspace(x[:-1], x[1:], 9)[1:-1].ravel())
         rise, bend = np.array([piece._cubic(float(value))[1:] for value in inside]).T
@@ -121,9 +132,10 @@ def tabulated(pressure, energy_density=None, rest_density=None, name: str = "tab
 
     Arrays of one length, rising, in geometric units (G = c = Msun = 1). With both densities the energy density counts
     and the rest-mass density is checked against the first law (to 2%, up to a constant factor: the mass of a baryon).
-    Below the first row the pressure falls to zero as a power of rho0 with the gamma of the first two rows; beyond the
-    last one the equation is not given. ValueError for tables that are not monotone, too short, or not those of matter.
-    Sound faster than light is allowed (`Barotrope.causal_up_to` tells).
+    A power law P = K rho0^gamma is kept exactly, another smooth law to 2e-5 by four rows a decade of pressure and to
+    1e-6 by ten. Below the first row the pressure falls to zero as a power of rho0 with the gamma of the first two rows;
+    beyond the last one the equation is not given. ValueError for tables that are not monotone, too short, or not those
+    of matter. Sound faster than light is allowed (`Barotrope.causal_up_to` tells).
 
     >>> rest = np.geomspace(1e-6, 1e-2, 30)
     >>> table = tabulated(100 * rest**2, rest_density=rest)  # a polytrope of gamma = 2
