@@ -1,6 +1,6 @@
 """What an equation of state of a user's own derives from, and whether its functions agree with each other.
 
-Tests: tests/unit/test_matter_door.py.
+Tests: tests/unit/matter/test_equation.py, tests/unit/test_matter_door.py.
 """
 
 from abc import ABC, abstractmethod
