@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from astroinertia.build import sph
 from astroinertia.build.assemble import refuse_contradictions
+from astroinertia.build.sinks import STORED, at_first
 from astroinertia.errors import SceneError
 from astroinertia.scene.load import loads
 from astroinertia.scene.plan import code_units, plan
@@ -67,7 +69,10 @@ def test_what_a_run_would_refuse_is_refused_before_it_in_the_same_words(further:
         assert str(before.value) == str(later.value)
 
 
-@pytest.mark.parametrize("further", [SINKS, LIVE, SINKS + LIVE, SINKS.replace("density = 10.0", "") + STARS])
+@pytest.mark.parametrize(
+    "further",
+    [SINKS, LIVE, SINKS + LIVE, SINKS.replace("density = 10.0", "") + STARS, SINKS + "number = 2\n" + STARS],
+)
 def test_what_can_be_is_not(further: str) -> None:
     refuse_contradictions(loads(CLOUD + further))
 
@@ -112,6 +117,31 @@ def test_particles_of_a_table_that_do_not_fit_into_a_sink_are_refused_before_a_r
     refuse_contradictions(loads(table, [f"effects.sinks.radius={1.001 * reach}"], str(tmp_path)))
     with pytest.raises(SceneError, match="radius must be at least 1 times as large"):
         refuse_contradictions(loads(table, [f"effects.sinks.radius={0.999 * reach}"], str(tmp_path)))
+
+
+def test_the_heaviest_particles_of_several_bodies_say_how_far_kernels_reach() -> None:
+    """Wherever these stand among the bodies; a run refuses what its plan does, in the same words."""
+    body = CLOUD[CLOUD.index("kind") : CLOUD.index("[equation")]
+    heavy = body.replace("mass = 1.0", "mass = 8.0\nposition = [9.0, 0.0, 0.0]")
+    reach = 2.0 * 1.3 * (8.0 / 100 / 10.0) ** (1 / 3)
+    for bodies in (f"[[bodies]]\n{body}[[bodies]]\n{heavy}", f"[[bodies]]\n{heavy}[[bodies]]\n{body}"):
+        text = CLOUD.replace(f"[body]\n{body}", bodies) + SINKS
+        refuse_contradictions(loads(text, [f"effects.sinks.radius={1.001 * reach}"]))
+        scene = loads(text, [f"effects.sinks.radius={0.999 * reach}"])
+        with pytest.raises(SceneError, match="radius must be at least 1 times as large") as before:
+            refuse_contradictions(scene)
+        with pytest.raises(SceneError) as later:
+            sph.evolution(scene, code_units(scene))
+        assert str(before.value) == str(later.value)
+
+
+def test_a_checkpoint_cannot_have_begun_with_fewer_particles_than_it_has() -> None:
+    stored = STORED.format("particles")
+    assert at_first({}, 90) == 90  # without sinks it is those that are there
+    assert at_first({stored: np.array(100)}, 90) == 100
+    for wrong in (np.array(89), np.array([100]), np.array(100.0)):
+        with pytest.raises(ValueError, match="how many particles there were before the sinks"):
+            at_first({stored: wrong}, 90)
 
 
 def test_candidates_that_contradict_are_refused_as_the_scene_lists_them() -> None:
