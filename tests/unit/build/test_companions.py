@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import rebound
 
-from astroinertia.build import companions as start_companions, rigid as start_rigid
+from astroinertia.build import companions as start_companions, rigid as start_rigid, sph
 from astroinertia.build.assemble import metadata
 from astroinertia.build.companions import companions
 from astroinertia.build.refusals import refuse_impossible
@@ -171,3 +171,49 @@ def test_companions_of_an_archive_keep_their_names(tmp_path):
 def test_what_contradicts_is_refused_in_a_sentence(text, message):
     with pytest.raises(SceneError, match=message):
         evolution(text)
+
+
+FLUID = """
+name = "beside"
+units = "code"
+[body]
+kind = "table"
+file = "cloud.csv"
+[equation_of_state]
+kind = "ideal"
+[effects.pressure]
+[effects.companions]
+motion = "MOTION"
+softening = 0.1
+[time]
+end = 1.0
+"""
+
+
+@pytest.mark.parametrize("motion", ["live", "orbit"])
+def test_a_body_of_particles_is_where_the_orbits_have_it_wherever_its_table_put_it(motion, tmp_path) -> None:
+    """The centre of mass of all rests at 0, and the moon's orbit about the body has the elements of the scene."""
+    rng = np.random.default_rng(4)
+    mass, position, velocity = (
+        rng.uniform(0.01, 0.02, 40),
+        rng.normal(3.0, 0.2, (40, 3)),
+        rng.normal(-2.0, 0.1, (40, 3)),
+    )
+    rows = np.column_stack([mass, position, velocity, np.full(40, 0.1)])
+    np.savetxt(tmp_path / "cloud.csv", rows, "%.17g", ",", header="mass,x,y,z,vx,vy,vz,u", comments="")
+    scene = load.loads(FLUID.replace("MOTION", motion) + MOON, origin=str(tmp_path))
+    units = code_units(scene)
+    state = sph.evolution(scene, units).state
+    shares = state.mass / state.mass.sum()
+    total, moon = units.to_code(mass.sum(), "mass"), units.to_code(0.3, "mass")
+    body, drift = shares @ state.position, shares @ state.velocity
+    there, speed = (
+        np.asarray(each)[0] for each in (state.points["companions"].position, state.points["companions"].velocity)
+    )
+    np.testing.assert_allclose(total * body + moon * there, 0.0, atol=1e-14)
+    np.testing.assert_allclose(total * drift + moon * speed, 0.0, atol=1e-14)
+    apart, away = there - body, speed - drift
+    assert away @ away / 2 - (total + moon) / np.linalg.norm(apart) == pytest.approx(-(total + moon) / 2, rel=1e-12)
+    momentum = np.cross(apart, away)
+    assert momentum @ momentum == pytest.approx((total + moon) * (1 - 0.2**2), rel=1e-12)
+    assert momentum[2] / np.linalg.norm(momentum) == pytest.approx(np.cos(0.3), rel=1e-12)
