@@ -9,11 +9,13 @@ from scipy.optimize import brentq
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.assemble import prepare
+from astroinertia.build.materials import equation
 from astroinertia.effects.kinds import deleptonisation
 from astroinertia.errors import SceneError
 from astroinertia.matter.finite_temperature import is_finite_temperature, read_finite_temperature
 from astroinertia.matter.isentropes import isentropes, tabulated
 from astroinertia.scene import load
+from astroinertia.scene.fluid_kinds.materials import Material
 from astroinertia.scene.scales import code_units
 from tests import synthetic_table as exact
 
@@ -246,3 +248,13 @@ def test_a_scene_says_the_electron_fraction_of_such_a_table_and_of_no_other(tmp_
     (tmp_path / "plain.csv").write_text("density,internal_energy,pressure\n")
     with pytest.raises(SceneError, match="is no table that has an electron_fraction"):
         prepare(load.loads(exact.STAR.replace("FILE", str(tmp_path / "plain.csv"))))
+
+
+def test_isentropes_reach_a_hundred_mev_a_nucleon_or_as_far_as_the_scene_says(path):
+    """The table itself goes on to energies that nothing leaves in a collapsing core."""
+    given = {"name": "core", "file": str(path), "electron_fraction": FRACTION, "reference_density": "1e13 kg/m3"}
+    made = equation(Material(**given), None)
+    table = read_finite_temperature(path, FRACTION)
+    assert table.hottest(REFERENCE) > 2.0 * HOTTEST
+    assert (made.greatest_energy, made.coldest) == (HOTTEST, pytest.approx(table.coldest(REFERENCE), rel=1e-12))
+    assert equation(Material(**given, hottest="3e15 J/kg"), None).greatest_energy == 3e15
