@@ -37,7 +37,7 @@ end = "1 ms"
 
 
 def test_a_collapse_a_gradient_and_a_rotation_of_the_scene_add_up() -> None:
-    """At the critical rate the surface falls freely, and all else in proportion: at (2 G M/R^3)^(1/2) r on a parabola."""
+    """At the critical rate the surface falls freely, and all in proportion: at (2 G M/R^3)^(1/2) r on a parabola."""
     scene = loads(CORE)
     units = code_units(scene)
     _, initial = problem_of(scene, units)
