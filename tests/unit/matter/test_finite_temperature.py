@@ -253,8 +253,8 @@ def test_a_scene_says_the_electron_fraction_of_such_a_table_and_of_no_other(tmp_
 def test_isentropes_reach_a_hundred_mev_a_nucleon_or_as_far_as_the_scene_says(path):
     """The table itself goes on to energies that nothing leaves in a collapsing core."""
     given = {"name": "core", "file": str(path), "electron_fraction": FRACTION, "reference_density": "1e13 kg/m3"}
-    made = equation(Material(**given), None)
+    made = equation(Material.model_validate(given), None)
     table = read_finite_temperature(path, FRACTION)
     assert table.hottest(REFERENCE) > 2.0 * HOTTEST
     assert (made.greatest_energy, made.coldest) == (HOTTEST, pytest.approx(table.coldest(REFERENCE), rel=1e-12))
-    assert equation(Material(**given, hottest="3e15 J/kg"), None).greatest_energy == 3e15
+    assert equation(Material.model_validate(given | {"hottest": "3e15 J/kg"}), None).greatest_energy == 3e15
