@@ -61,7 +61,8 @@ def disc(mass: Array, radius: Array) -> Body:
     >>> print(f"{disc(3.0, 2.0).inertia[2, 2]:.4f}")  # m R^2 / 2
     6.0000
     """
-    return annulus(mass, outer_radius=radius, inner_radius=0.0)
+    xp, (mass, radius) = checked(mass, radius=radius)
+    return body_of(xp, mass, radius**2 / 4, radius**2 / 4, xp.zeros_like(mass))
 
 
 @with_quantities()

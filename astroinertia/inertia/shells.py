@@ -7,7 +7,6 @@ from typing import Any
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import body_of, checked, checked_points, refuse
-from astroinertia.inertia.solids import thick_cylinder, thick_spherical_layer
 from astroinertia.process.quantities import with_quantities
 
 Array = Any
@@ -22,7 +21,9 @@ def spherical_shell(mass: Array, radius: Array) -> Body:
     >>> print(f"{spherical_shell(3.0, 2.0).inertia[2, 2]:.4f}")  # (2/3) m R^2
     8.0000
     """
-    return thick_spherical_layer(mass, outer_radius=radius, inner_radius=radius)
+    xp, (mass, radius) = checked(mass, radius=radius)
+    square = radius**2 / 3
+    return body_of(xp, mass, square, square, square)
 
 
 @with_quantities()
@@ -49,7 +50,8 @@ def thin_tube(mass: Array, radius: Array, height: Array) -> Body:
     >>> print(f"{thin_tube(3.0, 2.0, 5.0).inertia[2, 2]:.4f}")  # m R^2, whatever the height
     12.0000
     """
-    return thick_cylinder(mass, outer_radius=radius, inner_radius=radius, height=height)
+    xp, (mass, radius, height) = checked(mass, radius=radius, height=height)
+    return body_of(xp, mass, radius**2 / 2, radius**2 / 2, height**2 / 12)
 
 
 @with_quantities()
@@ -76,7 +78,8 @@ def cone_shell(mass: Array, radius: Array, height: Array) -> Body:
     >>> print(f"{cone_shell(3.0, 2.0, 5.0).inertia[2, 2]:.4f}")  # m R^2 / 2
     6.0000
     """
-    return frustum_shell(mass, base_radius=radius, top_radius=0.0, height=height)
+    xp, (mass, radius, height) = checked(mass, radius=radius, height=height)
+    return body_of(xp, mass, radius**2 / 4, radius**2 / 4, height**2 / 18)
 
 
 @with_quantities()

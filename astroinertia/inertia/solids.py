@@ -63,7 +63,9 @@ def solid_sphere(mass: Array, radius: Array) -> Body:
     >>> print(f"{solid_sphere(5.0, 2.0).inertia[2, 2]:.4f}")  # (2/5) m R^2
     8.0000
     """
-    return thick_spherical_layer(mass, outer_radius=radius, inner_radius=0.0)
+    xp, (mass, radius) = checked(mass, radius=radius)
+    square = radius**2 / 5
+    return body_of(xp, mass, square, square, square)
 
 
 @with_quantities()
@@ -124,7 +126,8 @@ def cylinder(mass: Array, radius: Array, height: Array) -> Body:
     >>> print(f"{cylinder(3.0, 2.0, 5.0).inertia[2, 2]:.4f}")  # m R^2 / 2, whatever the height
     6.0000
     """
-    return elliptic_cylinder(mass, radius, radius, height)
+    xp, (mass, radius, height) = checked(mass, radius=radius, height=height)
+    return body_of(xp, mass, radius**2 / 4, radius**2 / 4, height**2 / 12)
 
 
 @with_quantities()
@@ -184,7 +187,9 @@ def cone(mass: Array, radius: Array, height: Array) -> Body:
     >>> print(body.centre, f"{body.inertia[2, 2]:.4f}")  # 3 m R^2 / 10
     [0. 0. 0.] 12.0000
     """
-    return frustum(mass, base_radius=radius, top_radius=0.0, height=height)
+    xp, (mass, radius, height) = checked(mass, radius=radius, height=height)
+    across = 3 * radius**2 / 20
+    return body_of(xp, mass, across, across, 3 * height**2 / 80)
 
 
 @with_quantities()

@@ -1,5 +1,6 @@
 """Closed forms of shapes against quadrature, random points, a published table, and what scaling demands."""
 
+import inspect
 import json
 from fractions import Fraction
 from pathlib import Path
@@ -344,7 +345,7 @@ def test_batches_and_precision(name):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: shapes.solid_sphere(1.0, -1.0), "the outer radius of a shape must be finite and above 0, not -1"),
+        (lambda: shapes.solid_sphere(1.0, -1.0), "the radius of a shape must be finite and above 0, not -1"),
         (lambda: shapes.rod(1.0, np.array([1.0, 0.0])), "the length of a shape must be finite and above 0, not 0"),
         (lambda: shapes.rod(np.nan, 1.0), "the mass of a shape must be finite"),
         (lambda: shapes.annulus(1.0, 1.0, 1.1), "inner radius of an annulus must not exceed"),
@@ -373,6 +374,16 @@ def test_batches_and_precision(name):
 def test_impossible_sizes_are_refused_with_a_sentence(call, sentence):
     with pytest.raises(ValueError, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_a_size_that_cannot_be_is_named_as_in_the_signature(name):
+    names = list(inspect.signature(getattr(shapes, name)).parameters)[1:]
+    for place, (argument, size) in enumerate(zip(names, SIZES[name], strict=False)):
+        if np.ndim(size) == 0:
+            sizes = [-1.0 if k == place else other for k, other in enumerate(SIZES[name])]
+            with pytest.raises(ValueError, match=f"^the {argument.replace('_', ' ')} of a shape must be finite"):
+                body(name, sizes=sizes)
 
 
 def test_polygons_far_away_and_either_way_round_keep_their_digits():
