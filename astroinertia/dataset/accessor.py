@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from astroinertia.dataset import arranged, open_snapshots
+from astroinertia.dataset import arranged, open_snapshots, principal
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.arranged import in_seconds, with_labels
 from astroinertia.dataset.axes import Axis, axis_text, directions
@@ -101,15 +101,16 @@ class InertiaAccessor:
         return reasons(self.dataset)
 
     @property
+    @of_each_member
     def principal(self) -> xr.Dataset:
-        """Principal moments, axes and gaps, and the rate at which the axes turn.
+        """Principal moments, axes and gaps, and the rate at which the axes turn, but of a tensor given since.
 
         >>> moments, tensor = ds.inertia.principal.principal_moments[0], ds.inertia_tensor[0]
         >>> print(f"{float(moments.sum() / np.trace(tensor)):.6f}")  # the trace is the same in all axes
         1.000000
         """
-        names = ("principal_moments", "principal_axes", "principal_gap", "figure_rotation_rate")
-        return self.dataset[self._must_have(*names)]
+        names = self._must_have(*principal.NAMES)
+        return principal.of_its_tensor(self.dataset[names], self._named("inertia_tensor"))
 
     @property
     def snapshots(self) -> xr.Dataset | None:
