@@ -33,20 +33,20 @@ def resolution_warnings(
     if least < fewest:
         warnings.append(
             f"the core, denser than a tenth of the greatest density, held only {least:.0f} particles, fewer than two "
-            f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; raise body.particles "
-            f"{_times(fewest, least)}."
+            f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; take "
+            f"{_times(fewest, least)} as many."
         )
     most = min(1.0, FRAGMENTS * particles / fewest)
     if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < most:
         warnings.append(
             f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
-            f"(Bate & Burkert 1997): raise body.particles {_times(1.0, lowest)}, or stiffen the equation of state at "
-            "those densities."
+            f"(Bate & Burkert 1997): take {_times(1.0, lowest)} as many particles, or stiffen the equation of state "
+            "at those densities."
         )
     if not boxed and np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
         warnings.append(
             f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
-            f"resolved; raise body.particles {_times((largest / COARSEST) ** 3, 1.0)}, or take a kernel of fewer "
+            f"resolved; take {_times((largest / COARSEST) ** 3, 1.0)} as many particles, or a kernel of fewer "
             "neighbours."
         )
     return warnings
@@ -67,4 +67,4 @@ def _flown_apart(series: Mapping[str, np.ndarray]) -> str:
 
 
 def _times(wanted: float, had: float) -> str:
-    return f"about {math.ceil(wanted / had)}-fold" if wanted < 1e6 * had else "manifold"
+    return f"about {math.ceil(wanted / had)} times" if wanted < 1e6 * had else "many times"
