@@ -31,12 +31,12 @@ def add_arguments(add: Add) -> None:
 
 def carry_out(options: Options, meter: Meter) -> str:
     """Write the film; what the command prints. SceneError and ArchiveError for what cannot be done."""
-    from astroinertia.plots import movie
-
     if options.fps is not None and not 0.0 < options.fps <= FASTEST:
         raise SceneError(f"--fps must be a number above 0, and at most {FASTEST}.")
     if options.every is not None and options.every < 1:
         raise SceneError("--every must be a whole number of at least 1.")
+    from astroinertia.plots import movie
+
     run, opened = result.of_one_run(options.run, options.member, "movie")
     path = options.output or result.place_beside(run) / ("film.mp4" if movie.ffmpeg() else "film.gif")
 
@@ -45,4 +45,4 @@ def carry_out(options: Options, meter: Meter) -> str:
 
     with result.shown(run):
         count = movie.write_movie(opened, opened.inertia.snapshots, path, options.fps, options.every, tell)
-    return f"wrote {path}: {count} pictures"
+    return f"wrote {path}: {count} picture{'s' * (count > 1)}"

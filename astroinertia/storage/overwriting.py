@@ -22,10 +22,15 @@ PNG, HTML, NETCDF, GIF, MP4, CSV = _BEGINNINGS
 
 
 def check(path: Path, kind: str, read: Path | None = None) -> None:
-    """ArchiveError where a file is there that is `read`, that is not of that kind, or that is the result of a run."""
+    """ArchiveError where a file is there that is `read`, that is not of that kind, or that is the result of a run.
+
+    Also where there is no folder for it, before anything is worked out that would be lost.
+    """
+    if not path.parent.is_dir():
+        raise ArchiveError(f"{path} cannot be written: there is no folder {path.parent}.")
     try:
         status = path.stat()
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
         return
     except OSError as error:
         raise ArchiveError(f"{path} cannot be written: {error.strerror or error}.") from error

@@ -34,6 +34,13 @@ def test_only_files_of_the_kind_are_written_over(tmp_path, kind):
         overwriting.check(path, kind)
 
 
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    for folder in (tmp_path / "none", tmp_path / "file"):
+        (tmp_path / "file").touch()
+        with pytest.raises(ArchiveError, match=f"there is no folder {folder}[.]$"):
+            overwriting.check(folder / "film.gif", overwriting.GIF)
+
+
 @pytest.fixture
 def places(tmp_path, monkeypatch):
     """A scene, a table in netCDF, and a result of a run with so much as `view` and `report` ask for."""
