@@ -34,6 +34,9 @@ def arviz_tree(posterior: xr.Dataset) -> xr.DataTree:
     >>> print(list(tree), dict(tree["posterior"].sizes))
     ['posterior', 'sample_stats'] {'chain': 16, 'draw': 50}
     """
+    for dim in ("chain", "walker", "draw"):
+        if dim not in posterior.dims:
+            raise SceneError(f"the draws are not along '{dim}'; one of them is kept by a list, as in isel({dim}=[0])")
     chains, walkers = posterior.sizes["chain"], posterior.sizes["walker"]
     coordinates = {
         "chain": np.arange(chains * walkers),

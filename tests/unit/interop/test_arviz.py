@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from astroinertia.errors import SceneError
 from astroinertia.interop.arviz import arviz_tree
 from astroinertia.studies.interior_inference import Gaussian, Uniform, infer_interior
 from astroinertia.studies.sampling import sample
@@ -34,6 +35,13 @@ def test_each_walker_is_a_chain_with_its_own_draws(posterior):
         assert float(stats["acceptance_rate"][k]) == float(posterior["acceptance"].sel(place))
     assert set(draws.data_vars) == set(posterior.data_vars) - {"log_probability", "acceptance"}
     assert all(draws[name].dims == ("chain", "draw") for name in draws.data_vars)
+
+
+@pytest.mark.parametrize("dim", ["chain", "walker", "draw"])
+def test_a_dimension_that_was_selected_away_is_named(dim, posterior):
+    with pytest.raises(SceneError, match=f"the draws are not along '{dim}'"):
+        arviz_tree(posterior.isel({dim: 0}))
+    assert set(arviz_tree(posterior.isel({dim: [0]}))) == set(arviz_tree(posterior))
 
 
 def test_what_was_observed_and_assumed_is_there_as_numbers(posterior):

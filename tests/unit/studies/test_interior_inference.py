@@ -1,7 +1,10 @@
 """Posteriors of interiors against exact inversion with propagated errors, and what must be refused."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+import xarray as xr
 from astropy import units as u
 
 from astroinertia.bodies.inversion import two_layers_with_errors
@@ -110,6 +113,36 @@ def test_the_picture_shows_every_pair(few_draws, tmp_path):
     shown = float(figure.axes[4].get_title().strip("$").partition("^")[0])
     assert shown == pytest.approx(float(few_draws["core_density"].median()), abs=1)
     assert save(figure, tmp_path / "corner.png").stat().st_size > 20_000
+
+
+def test_numbers_of_neighbouring_panels_do_not_touch():
+    pytest.importorskip("corner")
+    from astroinertia.plots.interior_posterior import posterior_figure
+
+    rng = np.random.default_rng(1)
+    given = {"core_radius": (1.983e6, 6.5e4), "core_density": (5999.0, 172.0), "mantle_density": (3446.0, 27.0)}
+    given |= {"moment_ratio": (0.36428, 0.00011), "love_number": (1.18582, 0.0009)}
+    draws = {name: ("draw", rng.normal(*numbers, 4000)) for name, numbers in given.items()}
+    figure = posterior_figure(xr.Dataset(draws))
+    figure.canvas.draw()
+    below = [axes.get_xticklabels() for axes in figure.axes[-5:]]
+    beside = [axes.get_yticklabels() for axes in figure.axes[20:0:-5]]
+    for panels in (below, beside):
+        boxes = [[label.get_window_extent() for label in labels if label.get_visible()] for labels in panels]
+        assert all(len(each) >= 2 for each in boxes)
+        assert not any(one[-1].overlaps(other[0]) for one, other in pairwise(boxes))
+
+
+def test_what_no_picture_can_be_drawn_of_is_refused():
+    pytest.importorskip("corner")
+    from astroinertia.plots.interior_posterior import posterior_figure
+
+    posterior = xr.Dataset({"core_density": ("draw", np.arange(5.0)), "moment_ratio": ("draw", np.arange(5.0))})
+    with pytest.raises(SceneError, match="has no 'colour'; it has core_density, moment_ratio"):
+        posterior_figure(posterior, ["colour"])
+    for part, names in ((posterior.isel(draw=[]), None), (posterior.isel(draw=[0, 1]), None), (posterior, [])):
+        with pytest.raises(SceneError, match="more draws than parameters"):
+            posterior_figure(part, names)
 
 
 ASSUMED = {"core_density": Gaussian(8000.0, 60.0)}
