@@ -96,6 +96,22 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     return target
 
 
+def is_written(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> bool:
+    """Whether the result is there, whole, with the same members left out for the same reasons.
+
+    One of before members that had failed were run again is right as far as it goes, and stays until it is replaced.
+    """
+    file = path(sweep, folder)
+    if not trailer.is_whole(file):
+        return False
+    try:
+        with xr.open_dataset(file) as data:
+            noted = zip(data["member"].values.flat, data["failure"].values.flat, strict=True)
+            return {int(number): str(why) for number, why in noted if why} == dict(failures)
+    except (OSError, ValueError, KeyError):  # no such file as `write` makes
+        return False
+
+
 def at_end(data: xr.Dataset) -> xr.Dataset:
     """What each member ended with: the last record of every series that it has, without the dimension of records.
 

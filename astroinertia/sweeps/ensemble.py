@@ -1,6 +1,6 @@
 """A sweep from its scene to one dataset: members given out, failures kept apart, gone on with after an interruption.
 
-Tests: tests/unit/sweeps/test_ensemble.py.
+Tests: tests/unit/sweeps/test_ensemble.py, test_ensemble_failures.py.
 """
 
 import math
@@ -19,7 +19,6 @@ from astroinertia.errors import RunInterrupted, SceneError, SweepInterrupted
 from astroinertia.process import interrupts
 from astroinertia.process.cores import cores
 from astroinertia.scene.sweep import Sweep
-from astroinertia.storage import trailer
 from astroinertia.storage.archive import locked
 from astroinertia.storage.atomic import remove_leftovers, write_whole
 from astroinertia.sweeps import combined, folder as folders
@@ -93,22 +92,20 @@ def run_sweep(
     count = len(sweep.members)
     with closing(locked(folder)), _session(folder) as session:
         remove_leftovers(folder, (SESSION, combined.path(sweep, folder).name))
+        own = deadline
         if workers > 1 or cluster is not None:
-            deadline -= SECONDS_TO_CLOSE
-        until = clock.time() + deadline - clock.monotonic()
-        tasks = [Task(str(folder.absolute()), number, session, minutes, until) for number in left(sweep, folder)]
-        file = combined.path(sweep, folder)
-        if tasks or not trailer.is_whole(file):
-            file.unlink(missing_ok=True)  # of before members that failed were run again, or damaged since
+            deadline, own = deadline - SECONDS_TO_CLOSE, math.inf
+        tasks = [Task(str(folder.absolute()), number, session, minutes, own) for number in left(sweep, folder)]
         try:
             _carry_out(tasks, count, workers, cluster, folder, listener, deadline)
         except SweepInterrupted as stopped:  # members are saved by now
             under_way = folders.under_way(sweep, folder)
             raise SweepInterrupted(folder, stopped.done, count, stopped.by, under_way) from None
         failures = {number: failure for number in range(count) if (failure := folders.failure(folder, number))}
-        if not file.exists():
-            _combine(sweep, folder, {number: failure.sentence for number, failure in failures.items()})
-    return Carried(file, failures)
+        why = {number: failure.sentence for number, failure in failures.items()}
+        if tasks or not combined.is_written(sweep, folder, why):
+            _combine(sweep, folder, why)
+    return Carried(combined.path(sweep, folder), failures)
 
 
 def resume(

@@ -33,15 +33,15 @@ class Task:
     """A member to be run, of the sweep whose folder has this absolute path.
 
     session: the text that the sweep's session file has as long as members are wanted. minutes: that a run may take
-    where its settings are chosen for an accuracy. until: of time.time(), which machines share, by which the member is
-    to be saved.
+    where its settings are chosen for an accuracy. deadline: of this process's time.monotonic(), by which the member is
+    to be saved. Other processes, whose clocks may be others, are asked to stop by the end of the session.
     """
 
     folder: str
     number: int
     session: str
     minutes: float
-    until: float = math.inf
+    deadline: float = math.inf
 
     @property
     def place(self) -> Path:
@@ -66,7 +66,7 @@ def carry_out(task: Task, listener: Listener | None = None) -> Outcome:
     """
     if not _is_wanted(task):
         raise RunInterrupted(task.place, 0.0, 1.0)
-    if clock.time() >= task.until:
+    if clock.monotonic() >= task.deadline:
         raise RunInterrupted(task.place, 0.0, 1.0, LIMIT)
     begun, place = clock.monotonic(), task.place
     failure: Failure | None = None
@@ -94,10 +94,9 @@ def given_up(task: Task) -> Outcome:
 
 def _run(task: Task, place: Path, listener: Listener) -> None:
     _wait_for_lock(own_folder(place.parent, place.name))
-    deadline = clock.monotonic() + task.until - clock.time()
     if (place / MANIFEST).exists():
         if folders.finished(place.parent, task.number) is None:
-            running.resume(place, listener, deadline)
+            running.resume(place, listener, task.deadline)
     else:
         scene = _sweep(task.folder, task.session).scene(task.number)
         if scene.wants_choice:
@@ -106,7 +105,7 @@ def _run(task: Task, place: Path, listener: Listener) -> None:
 
             pilots = own_folder(place.parent, pilots_beside(place).name)
             scene = choose(scene, pilots, task.minutes).scene
-        running.run_scene(scene, place, listener, deadline=deadline)
+        running.run_scene(scene, place, listener, deadline=task.deadline)
     (place / FAILURE).unlink(missing_ok=True)
 
 

@@ -15,52 +15,22 @@ import pytest
 import xarray as xr
 
 import astroinertia
-from astroinertia.accuracy import running
 from astroinertia.cli import main as cli, stop as cli_stop, sweep as cli_sweep
 from astroinertia.cli.main import main
-from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.models.scaling.evolution import Scaling
 from astroinertia.plots import ladder, pictures
 from astroinertia.process import interrupts
 from astroinertia.run import loop
-from astroinertia.scene import sweep as sweeps
 from astroinertia.scene.sweep import member
 from astroinertia.storage.archive import Archive, locked
 from astroinertia.sweeps import cluster as clusters, combined, ensemble, folder, members, workers
 from astroinertia.units import SOLAR_MASS
 from tests.left_behind import Left
+from tests.small_sweep import GRID, SCENE, made
 from tests.stepped_clock import moved_by_steps
 
 OF_THE_CLOCK = ["wall_time", "measured_wall_time", "measured_memory"]
-SCENE = """\
-name = "core"
-model = "scaling"
-[sweep]
-{sweep}
-[body]
-kind = "power_law"
-exponent = 1.0
-mass = "1.4 Msun"
-radius = "1500 km"
-[body.rotation]
-period = "30 s"
-[body.change]
-times = ["0.2 s"]
-factors = [0.5]
-[effects.gravity]
-[time]
-end = "0.2 s"
-[output]
-series_every = "0.1 s"
-checkpoint_seconds = 0.0
-"""
-GRID = '"body.mass" = ["1 Msun", "2 Msun"]\n"body.rotation.period" = ["10 s", "20 s"]'
-
-
-def made(text=GRID, overrides=()):
-    found = sweeps.loads(SCENE.replace("{sweep}", text), overrides)
-    assert found is not None
-    return found
 
 
 def same(one, other):
@@ -85,7 +55,6 @@ def cluster():
         yield started
 
 
-@pytest.mark.slow
 def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_path):
     place, standings = grid
     found = astroinertia.open(place)
@@ -105,7 +74,6 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
 
 
-@pytest.mark.slow
 def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tmp_path, capsys):
     text = '"body.mass" = ["2 Msun", "1 Msun", "3 Msun"]\n"body.rotation.period" = ["20 s", "10 s"]'
     place = tmp_path / "sorted"
@@ -124,7 +92,6 @@ def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tm
         assert f"{end:.6g}" in next(row for row in rows if row.startswith(member(number)))
 
 
-@pytest.mark.slow
 def test_members_are_a_tree(grid):
     place, _ = grid
     tree = astroinertia.open_sweep(place)
@@ -135,7 +102,6 @@ def test_members_are_a_tree(grid):
     )
 
 
-@pytest.mark.slow
 def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, cluster, tmp_path):
     """They ask no scheduler for the files of their members: xarray's locks took longer than cheap members."""
     (worker,) = cluster.workers.values()
@@ -217,104 +183,6 @@ def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_ar
     assert folder.waiting(tmp_path / "sweep", 4) == [number]
 
 
-STARS = SCENE.replace('kind = "power_law"\nexponent', 'kind = "rotating_star"\nindex').replace(
-    '[body.rotation]\nperiod = "30 s"\n', "t_over_w = 0.05\n"
-)
-
-
-@pytest.mark.slow
-def test_members_that_cannot_be_are_named_by_plan_and_before_a_run(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "600")
-    file, folder = tmp_path / "stars.toml", tmp_path / "run"
-    file.write_text(STARS.replace("{sweep}", '"body.t_over_w" = [0.2, 0.05]'))
-    assert main(["plan", str(file)]) == 2
-    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
-    assert "body.t_over_w = 0.2 " in rows[member(0)] and "mass shedding" in rows[member(0)]
-    assert member(1) in rows["members"] and member(1) not in rows  # the plan is of the first that can be
-    assert main(["run", str(file), "--output", str(folder), "--workers", "1"]) == 1
-    printed = capsys.readouterr().out
-    assert printed.index("will have no result") < printed.index("0 of 2 members")
-    assert "mass shedding" in str(astroinertia.open(folder)["failure"][0].values)
-    assert np.isfinite(astroinertia.open(folder)["mass"][1]).all()
-    assert main(["show", str(folder)]) == 0
-    table, why = capsys.readouterr().out.split("has no result, for")
-    assert f"{member(1)}  0.05" in table and "mass shedding" in why and member(1) not in why
-    assert main(["show", str(folder), "--member", "0"]) == 2
-    said = capsys.readouterr().err
-    assert "holds no run (it has no manifest.json): this member of a sweep failed. [body] t_over_w of 0.2" in said
-
-
-def test_members_that_fail_at_once_do_not_shorten_what_is_to_go(tmp_path, monkeypatch):
-    def carried_out(task):
-        if task.number < 2:
-            return members.Outcome(task.number, 0.0, folder.Failure("it sheds mass", lasting=True))
-        time.sleep(0.05)
-        return members.Outcome(task.number, 0.05)
-
-    monkeypatch.setattr(ensemble, "carry_out", carried_out)
-    monkeypatch.setattr(ensemble, "_combine", lambda *_: None)
-    standings = []
-    ensemble.run_sweep(made(), tmp_path / "run", listener=standings.append)
-    assert np.isnan([each.to_go for each in standings[:3]]).all()
-    assert standings[3].to_go == pytest.approx(standings[3].seconds) and standings[4].to_go == 0.0
-
-
-@pytest.mark.parametrize("command", ["plan", "run"])
-def test_a_sweep_of_which_no_member_can_be_is_refused_before_anything(command, tmp_path, capsys, monkeypatch):
-    file = tmp_path / "stars.toml"
-    file.write_text(STARS.replace("{sweep}", '"body.t_over_w" = [0.2, 0.3]'))
-    monkeypatch.chdir(tmp_path)
-    assert main([command, str(file)]) == 2
-    caught = capsys.readouterr()
-    assert (
-        "no member of the sweep can be: [body] t_over_w of 0.2: no polytrope" in caught.err
-        and "(member-0000: body" in caught.err
-    )
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def test_members_whose_effects_contradict_each_other_are_named_by_plan(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "600")
-    file = tmp_path / "sweep.toml"
-    braked = '[effects.dipole_braking]\nfield = "1e12 G"\nradius = "1500 km"\n[time]'
-    file.write_text(SCENE.replace("{sweep}", '"effects.dipole_braking.index" = [3.0, 2.0]').replace("[time]", braked))
-    assert main(["plan", str(file)]) == 2
-    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
-    assert "the braking index of a field is 3" in rows[member(1)] and member(0) not in rows
-
-
-@pytest.mark.slow
-def test_a_failure_stays_with_its_member_and_is_reported(tmp_path, monkeypatch):
-    carried_out, ran = running.run_scene, []
-
-    def sometimes(scene, place, listener, deadline):
-        ran.append(place.name)
-        if place.name == member(1):
-            raise NumericalError("the state is no longer finite", "gravity", 0.1, None, "s")
-        if place.name == member(2) and ran.count(place.name) == 1:
-            raise OSError(28, "No space left on device")
-        return carried_out(scene, place, listener)
-
-    monkeypatch.setattr(running, "run_scene", sometimes)
-    asked = made(
-        '"body.exponent" = [0.5, 1.0, 1.5, 2.6]'
-    )  # the last has no finite energy, which is found when it is built
-    found = ensemble.run_sweep(asked, tmp_path / "run")
-    assert {number: each.lasting for number, each in found.failures.items()} == {1: True, 2: False, 3: True}
-    result = astroinertia.open(tmp_path / "run")
-    assert "no longer finite" in str(result["failure"][1].values)
-    assert "No space left" in str(result["failure"][2].values)
-    assert "infinite gravitational energy" in str(result["failure"][3].values)
-    assert np.isfinite(result["mass"][0]).all() and np.isnan(result["mass"][1:]).all()
-    assert result.attrs["failed_members"] == 3
-
-    again = ensemble.resume(tmp_path / "run")  # what will fail again is not tried again
-    assert set(again.failures) == {1, 3} and ran == [member(0), member(1), member(2), member(3), member(2)]
-    result = astroinertia.open(tmp_path / "run")
-    assert str(result["failure"][2].values) == "" and np.isfinite(result["mass"][2]).all()
-
-
-@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
     save, saved = Archive.write_checkpoint, []
 
@@ -352,7 +220,6 @@ def slow(monkeypatch):
     return moved_by_steps(monkeypatch, Scaling, (loop, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
 
 
-@pytest.mark.slow
 def test_a_sweep_is_stopped_in_time_with_its_member_saved_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
     """Members take two steps of 10 s each: the third is under way when the next step would be too late."""
     monkeypatch.chdir(tmp_path)
@@ -374,6 +241,13 @@ def test_no_member_is_begun_once_the_time_is_over(tmp_path, slow):
     with pytest.raises(RunInterrupted, match=r"limit of wall time with 0 of 4 members done, and is"):
         ensemble.run_sweep(made(), tmp_path / "run", deadline=slow.now)
     assert not (tmp_path / "run" / member(0)).exists()
+
+
+def test_a_clock_that_is_set_meanwhile_changes_no_limit(tmp_path, monkeypatch, slow):
+    """The time of day is no measure of time: here it stands still."""
+    monkeypatch.setattr(slow, "time", lambda: 0.0)
+    with pytest.raises(RunInterrupted, match=r"limit of wall time with 2 of 4 members done and member-0002"):
+        ensemble.run_sweep(made(), tmp_path / "run", deadline=slow.now + 59.0)
 
 
 @pytest.mark.full
@@ -441,7 +315,6 @@ def test_a_member_ends_when_its_sweep_is_over(tmp_path, monkeypatch):
     assert folder.finished(tmp_path, 0) is None and folder.failure(tmp_path, 0) is None
 
 
-@pytest.mark.slow
 def test_a_member_waits_for_a_worker_that_still_holds_it(tmp_path, monkeypatch):
     folder.describe(made(), tmp_path)
     (tmp_path / folder.SESSION).write_text("mine")
@@ -490,7 +363,6 @@ def test_members_of_other_cadences_are_on_common_times_and_the_file_says_so(tmp_
     np.testing.assert_allclose(found["inertia_tensor"][1, 1::2], 0.5 * (own[1:] + own[:-1]), rtol=1e-14)
 
 
-@pytest.mark.slow
 def test_the_lines_of_the_readme_work_on_a_sweep(grid):
     ds = astroinertia.open(grid[0])
     dims = ("body_mass", "body_rotation_period", "time")
@@ -502,7 +374,6 @@ def test_the_lines_of_the_readme_work_on_a_sweep(grid):
     assert ds.isel(body_mass=1, body_rotation_period=0).inertia.plot_spin() is not None
 
 
-@pytest.mark.slow
 def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "600")
     monkeypatch.setattr(pictures, "FIGURES", {"inertia": pictures.FIGURES["inertia"]})  # one picture is as good as all
@@ -589,7 +460,6 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damaged", "left"),
     [(["core.nc"], []), (["member-0001/core.nc", "core.nc"], [1]), (["member-0002/core.nc"], [2])],
@@ -609,7 +479,6 @@ def test_files_that_a_disk_has_damaged_are_written_again(grid, tmp_path, damaged
         assert astroinertia.open(place / member(number)).sizes["time"] > 1
 
 
-@pytest.mark.slow
 def test_a_sweep_is_shown_by_a_process_that_does_nothing_else(grid):
     command = [sys.executable, "-m", "astroinertia", "show", str(grid[0])]
     done = subprocess.run(command, capture_output=True, text=True)
@@ -626,7 +495,6 @@ def test_the_spin_of_members_is_that_about_their_angular_momentum(grid, monkeypa
         assert f"{spin:.6g}" in row.split()
 
 
-@pytest.mark.slow
 def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
