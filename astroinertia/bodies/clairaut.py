@@ -30,7 +30,7 @@ from astroinertia.bodies.layered import LayeredBody, layer_bounds
 from astroinertia.bodies.moment_ratios import UNIFORM
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
-from astroinertia.inertia.tensor import is_known
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any

@@ -33,8 +33,8 @@ from astroinertia.bodies.layered import LayeredBody
 from astroinertia.engines.pytree import pytree
 from astroinertia.errors import NumericalError
 from astroinertia.inertia.double_precision import double_precision
-from astroinertia.inertia.tensor import is_known
 from astroinertia.matter.planetary import Material
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any

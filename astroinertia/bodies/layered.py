@@ -18,7 +18,7 @@ import numpy as np
 
 from astroinertia.engines.pytree import pytree
 from astroinertia.inertia.double_precision import double_precision
-from astroinertia.inertia.tensor import is_known
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia.tensor import is_known, namespace, require_plausible
+from astroinertia.inertia.tensor import namespace, require_plausible
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any

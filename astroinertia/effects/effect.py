@@ -18,7 +18,8 @@ from astroinertia.effects.measure import Measure
 from astroinertia.effects.particle_parts import ParticleParts
 from astroinertia.effects.rigid_parts import RigidParts
 from astroinertia.errors import AstroinertiaError, NumericalError, SceneError
-from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.inertia.tensor import namespace
+from astroinertia.process.known import is_known
 from astroinertia.rotation.attitude import cross_matrix
 from astroinertia.units import CodeUnits, Option, failure, shown
 

@@ -17,7 +17,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.inertia.tensor import namespace
+from astroinertia.process.known import is_known
 from astroinertia.process.positive import refuse_negative
 from astroinertia.process.quantities import with_quantities
 

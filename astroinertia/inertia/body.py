@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from astroinertia.engines.pytree import pytree
-from astroinertia.inertia.orthogonal import require_orthogonal
-from astroinertia.inertia.tensor import about_point, is_known, moment_about, namespace, point_inertia, rotated
+from astroinertia.inertia.tensor import about_point, moment_about, namespace, point_inertia, rotated
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.vectors import require_components
 
@@ -66,7 +66,6 @@ class Body:
         xp = namespace(matrix, self.inertia, self.centre, about)
         matrix = xp.asarray(matrix)
         matrix = matrix.astype(xp.result_type(matrix, self.inertia))
-        require_orthogonal(matrix)
         inertia = rotated(self.inertia, matrix)
         if about is None:
             return Body(self.mass, self.centre, inertia)

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from astroinertia.engines.brief import brief
-from astroinertia.inertia.tensor import is_known
+from astroinertia.process.known import is_known
 
 
 def double_precision(*static: str) -> Callable[[Callable], Callable]:

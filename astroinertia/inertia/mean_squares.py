@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.tensor import inertia_from_second_moment, is_known, namespace
+from astroinertia.inertia.tensor import inertia_from_second_moment, namespace
+from astroinertia.process.known import is_known
 
 Array = Any
 

@@ -15,7 +15,8 @@ from astroinertia.errors import ArchiveError
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.mean_squares import checked_points
 from astroinertia.inertia.mesh_files import READERS, size_of_binary_stl
-from astroinertia.inertia.tensor import inertia_from_second_moment, is_known
+from astroinertia.inertia.tensor import inertia_from_second_moment
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.storage.atomic import regular
 from astroinertia.storage.bounded import plain_text

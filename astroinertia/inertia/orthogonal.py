@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.inertia.tensor import is_known
+from astroinertia.process.known import is_known
 
 _ROUNDINGS = 1e3  # of the numbers given, by which the products of columns may be off
 

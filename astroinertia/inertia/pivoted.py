@@ -12,7 +12,8 @@ import numpy as np
 
 from astroinertia.inertia.body import Body
 from astroinertia.inertia.rolling import STANDARD_GRAVITY
-from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.inertia.tensor import namespace
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.vectors import of_any_length
 

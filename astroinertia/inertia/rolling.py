@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.body import Body
-from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.inertia.tensor import namespace
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 
 Array = Any

@@ -5,12 +5,13 @@ tensor is. Source, where none is given: Goldstein, Poole & Safko (2002), Classic
 tests/unit/inertia/test_tensor.py and, over twelve decades of mass and length, by test_identities.py.
 """
 
-import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from astroinertia.inertia.orthogonal import require_orthogonal
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.vectors import of_any_length, require_components
 
@@ -28,12 +29,6 @@ def namespace(*arrays: Array) -> Any:
     """The module that arrays belong to: jax.numpy where one of them does, else numpy, as for lists and numbers."""
     namespaces = (array.__array_namespace__() for array in arrays if hasattr(array, "__array_namespace__"))
     return next((module for module in namespaces if module is not np), np)
-
-
-def is_known(array: Array) -> bool:
-    """Whether an array has values that can be looked at now: not so inside jax.jit, jax.grad or jax.vmap."""
-    # A tracer can only have come from a jax that is already imported, and numpy users need not wait for one.
-    return "jax" not in sys.modules or not isinstance(array, sys.modules["jax"].core.Tracer)
 
 
 @with_quantities()
@@ -273,12 +268,14 @@ def about_centre(inertia: Array, mass: Array, offset: Array) -> Array:
 def rotated(inertia: Array, matrix: Array) -> Array:
     """R I R^T, (..., 3, 3): the tensor of the body turned by R (..., 3, 3) about the point that I is about.
 
-    The transposed matrix gives the tensor of the same body in the turned axes.
+    The transposed matrix gives the tensor of the same body in the turned axes. A matrix that is not orthogonal is a
+    ValueError.
 
     >>> quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     >>> print(np.diag(rotated(np.diag([1.0, 2.0, 3.0]), quarter)))  # R I R^T: x and y change places
     [2. 1. 3.]
     """
+    require_orthogonal(matrix)
     turned = matrix @ inertia @ namespace(inertia, matrix).swapaxes(matrix, -1, -2)
     return 0.5 * twice_symmetric(turned)  # products round, and a tensor stays symmetric
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from astroinertia.inertia.orthogonal import require_orthogonal
-from astroinertia.inertia.tensor import is_known, namespace
+from astroinertia.inertia.tensor import namespace
+from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
 from astroinertia.process.vectors import require_components
 

@@ -61,7 +61,7 @@ INSIDES = {
     "inertia.eigen",  # what principal axes and their gradients are computed with
     "inertia.mean_squares",  # what shapes are made with
     "inertia.prescribed",  # the curve of [body.change]
-    *("inertia.tensor.is_known", "inertia.tensor.namespace"),  # NumPy or JAX
+    "inertia.tensor.namespace",  # NumPy or JAX
     *("rotation.elliptic", "rotation.ripple"),  # what tops are computed with
     *(
         "rotation.ephemeris",

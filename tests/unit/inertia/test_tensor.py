@@ -231,6 +231,16 @@ def test_discs_rods_points_and_spheres_are_plausible(moments):
     tensor.require_plausible(axes @ np.diag(np.array(moments, float)) @ axes.T)
 
 
+@pytest.mark.parametrize("matrix", [np.diag([1.0, 1.0, 2.0]), np.eye(3) + np.eye(3, k=1), np.eye(2), np.zeros((3, 3))])
+def test_a_tensor_is_turned_by_what_turns_alone(matrix):
+    with pytest.raises(ValueError, match="a rotation matrix must be orthogonal, and this one is not"):
+        tensor.rotated(np.diag([1.0, 2.0, 2.5]), matrix)
+    turns = np.linalg.qr(np.random.default_rng(3).normal(size=(2, 3, 3)))[0].astype(np.float32)
+    found = tensor.rotated(np.diag([1.0, 2.0, 2.5]), turns)  # also in single precision, and traced
+    np.testing.assert_allclose(tensor.invariants(found), [[5.5, 9.5, 5.0]] * 2, rtol=2e-6)
+    np.testing.assert_allclose(jax.jit(tensor.rotated)(jnp.diag(jnp.array([1.0, 2.0, 2.5])), turns), found, atol=1e-5)
+
+
 def test_a_tensor_that_is_traced_is_not_refused():
     assert jax.jit(lambda inertia: tensor.require_plausible(inertia) is None)(jnp.eye(3))
 
