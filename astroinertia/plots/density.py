@@ -32,6 +32,7 @@ STEADY = 1.2  # a density that rises by less has no moment of compression
 ARROWS = 11
 DECADES = 8.0  # of density shown below the greatest, at most
 MANY = 10.0**2.5  # of the faintest density, beyond which a bar has a tick a decade
+SEVERAL = 10.0**1.3  # of it, beyond which a bar has no room for 1, 2 and 5 of each
 FAINTEST = 8.0  # percentile of the picture that is drawn black
 SLICES, COLUMNS = ("meridional plane", "equatorial plane"), ("side-on", "pole-on")
 
@@ -158,7 +159,9 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
         ScalarMappable(scaled, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
     )
     bar.set_label(style.label(name, unit))
-    style.plain_log(bar.ax.xaxis, scaled.vmin, scaled.vmax)  # type: ignore[arg-type]
+    several = norm.vmax > SEVERAL * norm.vmin  # type: ignore[operator]
+    parts = (1.0, 3.0) if several else (1.0, 2.0, 5.0)
+    style.plain_log(bar.ax.xaxis, scaled.vmin, scaled.vmax, parts)  # type: ignore[arg-type]
     bar.minorticks_off()  # a short bar has no room for them, and each takes its time
     bar.outline.set_visible(False)  # type: ignore[operator]
 

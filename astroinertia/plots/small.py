@@ -18,13 +18,14 @@ from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.text import Annotation, Text
 from matplotlib.transforms import Affine2D
 
-from astroinertia.plots.style import STYLE, styled
+from astroinertia.plots.style import RESOLUTION, STYLE, styled
 
 READABLE = (6.0, 5.5, 5.0, 4.5)  # points, the best first: journals ask for 6 in print
 TITLE = float(STYLE["axes.titlesize"])
 _PLACES = ("original", "active")  # of a panel, before and after its aspect is seen to
 _FEWEST = 2  # parts between the numbers of an axis
-_TOUCH = 2.0  # pixels by which the boxes of two texts may overlap: less than the room around their letters
+_SPACE = 0.25  # of their height, that is between texts of one line
+_TOUCH = 0.02  # inches by which the boxes of two texts may overlap: less than the room around their letters
 
 
 def resize(figure: Figure, size: tuple[float, float]) -> float:
@@ -49,6 +50,10 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
         return share
     engine: Any = figure.get_layout_engine()
     engine.set(**{name: share * engine.get()[name] for name in ("h_pad", "w_pad")})
+    shown = (
+        figure.dpi,
+        RESOLUTION / share,
+    )  # on a screen and in a file: by the dots of an inch, letters have other widths
     with styled():
         artists = figure.findobj()
         sizes = [(artist, float(artist.get_fontsize())) for artist in artists if isinstance(artist, Text)]
@@ -70,7 +75,8 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
                 locator.set_params(nbins=max(_FEWEST, int(most * share * own / _type_size(own, share, least))))
             for panel in panels:
                 panel._left_title.set_wrap(least > 0.0)
-            fits = not least or _is_legible(figure)
+            fits = not least or all(_is_legible(figure, dots) for dots in shown)
+            figure.set_dpi(shown[0])
             for panel, which, place in places:  # a layout begins where the one before it has left the panels
                 panel._set_position(place, which)
             if fits:
@@ -78,24 +84,27 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
     return share
 
 
-def _is_legible(figure: Figure) -> bool:
-    """Whether no text leaves the page, or its frame an image, or lies on another, and no legend lies on a curve."""
+def _is_legible(figure: Figure, dots: float) -> bool:
+    """Whether, at so many dots an inch, texts are apart and on the page, frames in their images and legends off curves."""
+    figure.set_dpi(dots)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied")  # no room for the panels at all
             figure.draw_without_rendering()
     except UserWarning:
         return False
+    touch = _TOUCH * dots
     page, boxes = figure.bbox, [text.get_window_extent() for text in _shown(figure)]
     if any(box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1 for box in boxes):
         return False
     for text in _shown(figure):
         frame: Any = text.get_bbox_patch()
-        if frame and text.axes and text.axes.images and frame.get_window_extent().x1 > text.axes.bbox.x1 + _TOUCH:
+        if frame and text.axes and text.axes.images and frame.get_window_extent().x1 > text.axes.bbox.x1 + touch:
             return False
     for one, other in itertools.combinations(boxes, 2):
         across, upward = min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0)
-        if min(across, upward) > _TOUCH:
+        height = min(one.height, other.height)
+        if min(across, upward) > touch or (upward > 0.5 * height and across > -_SPACE * height):
             return False
     for panel in figure.axes:
         legend: Any = panel.get_legend()

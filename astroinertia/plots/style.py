@@ -240,10 +240,13 @@ def time_axis(axes: Any, dataset: xr.Dataset, last: bool = True) -> None:
         axes.tick_params(labelbottom=False)
 
 
-def plain_log(axis: Any, low: float, high: float) -> None:
-    """Ticks of a logarithmic axis as plain numbers where these are short, at 1, 2 and 5 over short ranges."""
+def plain_log(axis: Any, low: float, high: float, parts: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
+    """Ticks of a logarithmic axis as plain numbers where these are short, at 1, 2 and 5 over short ranges.
+
+    parts: of a decade that have numbers there, fewer on a short axis.
+    """
     decades = np.log10(high / low)
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,), numticks=12))
+    axis.set_major_locator(LogLocator(subs=parts if decades < 2.5 else (1.0,), numticks=12))
     axis.set_minor_formatter(NullFormatter())
     if not 2.5 <= decades <= 4.5:  # between 1, 2 and 5 they say little, and in many decades they are a grey band
         axis.set_minor_locator(NullLocator())

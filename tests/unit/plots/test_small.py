@@ -1,7 +1,10 @@
 """A picture that is asked for smaller than its own size is the same picture, smaller."""
 
+import itertools
+
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from PIL import Image
@@ -12,7 +15,7 @@ from astroinertia.plots.style import RESOLUTION, styled
 from tests.unit.affine_body import affine_run
 from tests.unit.affine_datasets import headline, particles
 from tests.unit.plots.test_attitude import free_top
-from tests.unit.plots.test_plots import assert_legible
+from tests.unit.plots.test_plots import assert_legible, texts
 
 SLOW = pytest.mark.full
 NAMES = ["inertia", "spin", *(pytest.param(name, marks=SLOW) for name in ("ledger", "shape", "energy", "waves"))]
@@ -56,6 +59,23 @@ def test_small_pictures_of_other_panels_are_legible(series, name, size):
     figure = getattr(shown.inertia, f"plot_{name}")(size=size, **options)
     assert_legible(figure)
     assert smallest_type(figure) >= 4.5 or name == "attitude"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("widths", [(1.0, 5.0), (0.8, 2.5)])
+def test_texts_of_one_line_have_a_space_between_them_in_the_file(series, widths):
+    """Letters have other widths by the dots of a file than by the few of a figure that nobody has asked for one."""
+    parts = particles(affine_run()[1]).isel(snapshot_time=[0, 5, 9])
+    spread = xr.DataArray(np.linspace(*widths, parts.sizes["particle"]), dims="particle")  # of densities, by decades
+    shown = parts.assign(position=parts["position"] * spread)
+    figure = series.inertia.plot_density(size=(3.4, 4.0), snapshots=shown)
+    figure.set_dpi(RESOLUTION * 12.3 / 3.4)
+    boxes = [box for _, box in texts(figure)]
+    for one, other in itertools.combinations(boxes, 2):
+        height = min(one.height, other.height)
+        if min(one.y1, other.y1) - max(one.y0, other.y0) > 0.5 * height:
+            assert max(one.x0, other.x0) - min(one.x1, other.x1) > 0.2 * height
+    assert smallest_type(figure) >= 4.5
 
 
 @pytest.mark.slow
