@@ -452,7 +452,10 @@ class Scene(Part, metaclass=_Called):
     def _has_what_its_model_needs(self, whole: Self) -> None:
         body, model = self.body, self.model
         if model in ("sph", "ellipsoid") and self.equation_of_state is None:
-            raise ValueError("[equation_of_state] is missing, which the models sph and ellipsoid need.")
+            raise ValueError(
+                "[equation_of_state] is missing, which the models sph and ellipsoid need; for a perfect gas, it has "
+                'kind = "ideal".'
+            )
         if self.equation_of_state is not None and self.equation_of_state.kind == "incompressible" and model == "sph":
             raise ValueError("[equation_of_state] incompressible is for the model ellipsoid, not for sph.")
         self._has_its_materials()

@@ -172,6 +172,12 @@ def test_a_value_that_may_be_of_several_kinds_is_refused_in_words_of_the_scene(o
     assert refusal(override).endswith(f": {message}")
 
 
+def test_a_scene_without_matter_is_shown_what_to_write():
+    bare = SCENE.replace('[equation_of_state]\nkind = "hybrid"\nnuclear_density = "2e14 g/cm3"\n', "")
+    assert refusal(text=bare).endswith('need; for a perfect gas, it has kind = "ideal".')
+    assert loads(bare, ['equation_of_state.kind="ideal"'])
+
+
 def test_a_refusal_names_file_line_and_section(tmp_path):
     file = tmp_path / "star.toml"
     file.write_text(SCENE.replace('"1500 km"', '"1500 kg"'))
