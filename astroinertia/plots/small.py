@@ -85,7 +85,7 @@ def resize(figure: Figure, size: tuple[float, float]) -> float:
 
 
 def _is_legible(figure: Figure, dots: float) -> bool:
-    """Whether, at so many dots an inch, texts are apart and on the page, frames in their images and legends off curves."""
+    """Whether at so many dots an inch texts are apart and on the page, frames in images and legends off curves."""
     figure.set_dpi(dots)
     try:
         with warnings.catch_warnings():
