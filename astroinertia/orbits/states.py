@@ -118,7 +118,7 @@ def names(bodies: rebound.Simulation) -> list[str]:
 def shortest_time(bodies: rebound.Simulation) -> float:
     """The least of the times in which any two particles pass or attract each other, r/v and (r^3/GM)^(1/2).
 
-    NumericalError where two of them are at one place.
+    Infinite where there are no two.     NumericalError where two of them are at one place.
 
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)
@@ -133,7 +133,8 @@ def shortest_time(bodies: rebound.Simulation) -> float:
     distance, speed = (np.linalg.norm(part[one] - part[other], axis=-1) for part in np.split(state, 2, axis=1))
     mass = masses(bodies)
     with np.errstate(divide="ignore", invalid="ignore"):
-        shortest = min((distance / speed).min(), (distance**3 / (bodies.G * (mass[one] + mass[other]))).min() ** 0.5)
+        orbital = distance**3 / (bodies.G * (mass[one] + mass[other]))
+        shortest = min((distance / speed).min(initial=math.inf), orbital.min(initial=math.inf) ** 0.5)
     if not shortest > 0.0:
         raise NumericalError(
             "two of the bodies are at one place: they are, or what lies between them is rounded away beside the "

@@ -290,7 +290,7 @@ def _segments(bodies: Any, span: float, until: float, allowed: float) -> _Segmen
     from astroinertia.orbits import states
     from astroinertia.orbits.dense import DenseOrbits
 
-    level = max(0, math.ceil(math.log2(span / (_FIRST * states.shortest_time(bodies)))))
+    level = math.ceil(math.log2(max(1.0, span / (_FIRST * states.shortest_time(bodies)))))
     if str(bodies.integrator) == "whfast":
         return _alike(bodies, span, until, allowed, level)
     return _adapted(DenseOrbits(bodies), span, until, allowed, level)
