@@ -225,6 +225,9 @@ def _growth(q: Array, ratio: Array) -> Array:
 
 
 def _softened_distance(xp: Any, position: Array, place: Array, softening_squared: Array) -> Array:
-    """(d^2 + s^2)^(1/2) of positions (N, 3) from a point, and 1 where that is nothing: (N,)."""
-    root = xp.sqrt(xp.sum((position - place) ** 2, axis=1) + softening_squared)
-    return xp.where(root > 0.0, root, 1.0)
+    """(d^2 + s^2)^(1/2) of positions (N, 3) from a point, and infinite where that is nothing: (N,).
+
+    A particle at the point, which that pulls nowhere, has no energy with it; any length would be one of other units.
+    """
+    squared = xp.sum((position - place) ** 2, axis=1) + softening_squared
+    return xp.sqrt(xp.where(squared > 0.0, squared, xp.inf))

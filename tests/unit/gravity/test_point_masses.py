@@ -53,6 +53,22 @@ def test_tides_are_the_difference_of_two_pulls_to_rounding_from_far_away_to_besi
     assert energy == pytest.approx(float(potential), rel=1e-13, abs=0.0)
 
 
+def test_a_particle_at_a_point_without_softening_has_no_energy_and_no_pull_in_any_units():
+    mass, position, place = (
+        np.array([2.0, 3.0]),
+        np.array([[1.0, 0.0, 0.0], [5.0, 0.0, 0.0]]),
+        np.array([[1.0, 0.0, 0.0]]),
+    )
+    for length in (1.0, 1e3):
+        there = np.array([7.0]), length * place, 0.0
+        assert point_masses.potential_energy(np, mass, length * position, *there) == pytest.approx(
+            -21.0 / (4.0 * length)
+        )
+        found = point_masses.specific_potential(np, length * position, *there)
+        np.testing.assert_allclose(found, [0.0, -7.0 / (4.0 * length)], rtol=1e-15)
+        assert not point_masses.attraction(np, length * position, *there)[0].any()
+
+
 def _root(numerator, denominator):
     """The square root of a fraction, times 10^60."""
     return math.isqrt(numerator * 10**120 // denominator)
