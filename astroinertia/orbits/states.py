@@ -118,7 +118,7 @@ def names(bodies: rebound.Simulation) -> list[str]:
 def shortest_time(bodies: rebound.Simulation) -> float:
     """The least of the times in which any two particles pass or attract each other, r/v and (r^3/GM)^(1/2).
 
-    Infinite where there are no two.     NumericalError where two of them are at one place.
+    Infinite where there are no two. NumericalError where two of them are at one place.
 
     >>> bodies = rebound.Simulation()
     >>> bodies.add(m=1.0)

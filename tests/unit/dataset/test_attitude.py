@@ -40,6 +40,27 @@ def top(folder, moments, wobble, *settings):
     return astroinertia.open(astroinertia.run_scene(load.loads(text, settings), folder / f"run{len(settings)}"))
 
 
+def test_a_body_that_a_torque_sets_going_has_no_obliquity_before_and_is_judged_from_where_it_begins():
+    """L of the first record is 0, and then turns about z at 2 rad/s, 0.3 from it: its precession rate is that."""
+    time = np.linspace(0.0, 1.0, 11)
+    momentum = np.stack(
+        [np.sin(0.3) * np.cos(2.0 * time), np.sin(0.3) * np.sin(2.0 * time), np.cos(0.3) + 0.0 * time], 1
+    )
+    torque = np.zeros((11, 2, 3))
+    torque[:, 0] = 2.0 * np.stack([-momentum[:, 1], momentum[:, 0], 0.0 * time], axis=1)
+    momentum[0] = torque[0] = 0.0
+    series = {"time": time, "angular_momentum": momentum, "torque": torque}
+    series |= {
+        "attitude": np.tile(np.eye(3), (11, 1, 1)),
+        "inertia_tensor": np.tile(np.diag([1.0, 2.0, 2.5]), (11, 1, 1)),
+    }
+    found = attitude_quantities(series, held=False, deforms=False)
+    for name in ("obliquity", "precession_rate", "wobble_angle"):
+        assert np.isnan(found[name][0]), name
+    np.testing.assert_allclose(found["obliquity"][1:], 0.3, rtol=1e-14)
+    np.testing.assert_allclose(found["precession_rate"][1:], 2.0, rtol=1e-13)
+
+
 def test_a_line_with_an_oscillation_gives_its_rate_also_where_turns_are_not_whole():
     time = np.linspace(0.0, 10.0, 500)
     for turns in (1.0, 1.37, 3.6, 40.2):

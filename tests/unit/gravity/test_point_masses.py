@@ -3,6 +3,8 @@
 import math
 from fractions import Fraction
 
+import jax
+import jax.numpy as jnp
 import mpmath
 import numpy as np
 import pytest
@@ -67,6 +69,8 @@ def test_a_particle_at_a_point_without_softening_has_no_energy_and_no_pull_in_an
         found = point_masses.specific_potential(np, length * position, *there)
         np.testing.assert_allclose(found, [0.0, -7.0 / (4.0 * length)], rtol=1e-15)
         assert not point_masses.attraction(np, length * position, *there)[0].any()
+    slope = jax.grad(lambda at: point_masses.specific_potential(jnp, at, *there).sum())(jnp.asarray(position))
+    assert np.isfinite(slope).all()
 
 
 def _root(numerator, denominator):
