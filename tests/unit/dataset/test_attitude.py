@@ -59,6 +59,9 @@ def test_a_body_that_a_torque_sets_going_has_no_obliquity_before_and_is_judged_f
         assert np.isnan(found[name][0]), name
     np.testing.assert_allclose(found["obliquity"][1:], 0.3, rtol=1e-14)
     np.testing.assert_allclose(found["precession_rate"][1:], 2.0, rtol=1e-13)
+    tilt = 0.3 * np.linspace(-1.2, 1.0, 11)  # through z, which it passes at 0.01, and does not go round
+    momentum[1:] = np.stack([np.sin(tilt), np.full(11, 0.01), np.cos(tilt)], axis=1)[1:]
+    assert "precession_rate" not in attitude_quantities(series, held=False, deforms=False)
 
 
 def test_a_line_with_an_oscillation_gives_its_rate_also_where_turns_are_not_whole():
