@@ -27,7 +27,7 @@ from astroinertia.errors import AstroinertiaError
 from astroinertia.scene.body_kinds.layered import LayeredPlanet
 from astroinertia.scene.body_kinds.profile import ProfileBody
 from astroinertia.scene.body_kinds.standard import StandardBody
-from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.characteristic import added_weight, characteristic
 from astroinertia.scene.fluids import MONATOMIC
 from astroinertia.scene.further_pressure import further_pressure
 from astroinertia.scene.plan import code_units, smoothing
@@ -258,8 +258,11 @@ def at_start(scene: Scene) -> Shells | None:
         forms = math.inf if sinks["density"] is None else float(units.to_code(sinks["density"], "density"))
         sink = forms, float(units.to_code(sinks["radius"], "length"))
     weight = 1.0 if "gravity" in scene.effects else 0.0
-    if any(scene.entries[kind].added_weight for kind in scene.effects):
-        weight *= 1.0 + characteristic(scene).added_weight
+    given = fields(scene)
+    placed = () if given is None else [effect.kind for effect in given.effects]  # which are followed as they are
+    weighing = [kind for kind in scene.effects if scene.entries[kind].added_weight and kind not in placed]
+    if weighing:
+        weight *= 1.0 + added_weight(scene, characteristic(scene), weighing)
     growth = float(np.trace(linear_flow(scene, units, np.eye(3)))) / 3.0
     found = Shells(
         mass, radius, shells.in_balance(mass, radius), gamma, pieces, thermal, turning, sink, None, weight, growth
@@ -268,7 +271,7 @@ def at_start(scene: Scene) -> Shells | None:
         found = replace(found, pressure=np.zeros_like(mass))
     else:
         found = replace(found, pressure=_pressure(scene, initial, found, places), further=further_pressure(scene))
-    given, own = fields(scene), found.zone.frequency**2 * radius
+    own = found.zone.frequency**2 * radius
     if given is not None and (np.abs(given.inward(radius)) > IN_BALANCE * own).any():
         return replace(found, field=given.inward)
     return found

@@ -52,7 +52,7 @@ class Characteristic:
     added_weight: what effects add to |W| over it. expansion: rate at which the size grows. fallen: share of the mass
     that would be in the centre at the end if nothing held it up. deforms: the model lets the body change its size;
     held: the pressure keeps its volume, whatever happens; homologous: it falls without one part passing another.
-    stars: mass of each sink that there is from the start, and its distance from the centre.
+    position: of its centre. stars: mass of each sink that there is from the start, and its distance from there.
     bodies: how many; touching: materials meet in it, or bodies can.
     weighs, presses: whether gravity and pressure act, as far as that is settled.
     """
@@ -75,6 +75,7 @@ class Characteristic:
     triple_pressure: float | None = None
     further_pressure: float = 0.0
     added_weight: float = 0.0
+    position: Vector = (0.0, 0.0, 0.0)
     stars: tuple[tuple[float, float], ...] = ()
     gamma: float = 5.0 / 3.0
     thermal_energy: float | None = None

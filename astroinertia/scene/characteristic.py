@@ -4,6 +4,7 @@ Tests: tests/unit/effects/test_sizes.py.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +40,7 @@ def characteristic(scene: Scene) -> Characteristic:
         "touching": bool(scene.bodies) or body.composite,
         "rate_needs_gravity": scene.model == "rigid" and getattr(body.rotation, "t_over_w", None) is not None,
         "homologous": body.homologous,
+        "position": (not scene.bodies and scene.body.position) or (0.0, 0.0, 0.0),
         "stars": _stars(scene),
         "gamma": MONATOMIC if fluid is None else fluid.first_gamma,
         "expansion": _expansion(body)
@@ -60,7 +62,7 @@ def characteristic(scene: Scene) -> Characteristic:
     if scene.bodies:
         numbers |= _several(scene)
     found = Characteristic(**numbers)
-    return replace(found, added_weight=_added_weight(scene, found))
+    return replace(found, added_weight=added_weight(scene, found, scene.effects))
 
 
 def _stars(scene: Scene) -> tuple[tuple[float, float], ...]:
@@ -69,8 +71,9 @@ def _stars(scene: Scene) -> tuple[tuple[float, float], ...]:
     return tuple((sink.mass, math.dist(sink.position or origin, centre)) for sink in scene.sinks)
 
 
-def _added_weight(scene: Scene, body: Characteristic) -> float:
-    of_effects = [(scene.entries[kind].added_weight, options) for kind, options in scene.effects.items()]
+def added_weight(scene: Scene, body: Characteristic, kinds: Iterable[str]) -> float:
+    """What effects of these kinds add to |W| of a body over it."""
+    of_effects = [(scene.entries[kind].added_weight, scene.effects[kind]) for kind in kinds]
     return sum(added(body, options) or 0.0 for added, options in of_effects if added is not None)
 
 

@@ -9,10 +9,12 @@ import astroinertia.engines.late_jnp as jnp
 from astroinertia.effects import Characteristic, Effect, Entry, pytree
 from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.effect import affine_moments, moments
-from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
+from astroinertia.effects.measure import Found, Measure, Options, tidal_change
 from astroinertia.effects.passes import time_beside
 from astroinertia.gravity.point_masses import central_moment, excess, virial
 from astroinertia.units import Option, positive
+
+_WIDE = 1e3  # softening over the radius, beyond which the limit has more digits than the closed form
 
 
 @pytree
@@ -163,9 +165,25 @@ class ExternalField(Effect):
         return body.mass * self.specific_potential(jnp, centre) + 0.5 * (second * curvature).sum()
 
 
+def _added_weight(body: Characteristic, options: Options) -> float | None:
+    """Of a point mass in the middle of a uniform sphere, -tr V over 3/5 G M^2/R; one outside raises a tide.
+
+    With a softening s = a R that is 5 M'/M ((1 + 3 a^2)/(2 (1 + a^2)^(1/2)) - 3/2 a^2 arsinh(1/a)).
+    """
+    if not body.mass or not body.radius:
+        return None
+    if options["point_mass"] is None or math.dist(options["origin"], body.position) >= body.radius:
+        return 0.0
+    a, ratio = (options["softening"] or 0.0) / body.radius, options["point_mass"] / body.mass
+    if a > _WIDE:
+        return ratio * a**-3
+    softer = 1.5 * a**2 * math.asinh(1.0 / a) if a > 0.0 else 0.0
+    return 5.0 * ratio * ((1.0 + 3.0 * a**2) / (2.0 * math.hypot(1.0, a)) - softer)
+
+
 def _size(body: Characteristic, options: Options) -> Found:
     assert body.dynamical_time is not None
-    pull, away = 0.0, size(options["origin"])
+    pull, away = 0.0, math.dist(options["origin"], body.position)
     if options["quadratic"] is not None:
         pull += max(abs(entry) for row in options["quadratic"] for entry in row)
     if options["circular_speed"] is not None:
@@ -195,5 +213,5 @@ ENTRY = Entry(
         "tidal field times R^3/(G M)", "as a tide of that size",
         "Binney & Tremaine 2008, section 8.2", _size, ("mass", "radius"), ("origin",),
     ),
-    made=ExternalField, rank=12,
+    made=ExternalField, rank=12, added_weight=_added_weight,
 )  # fmt: skip

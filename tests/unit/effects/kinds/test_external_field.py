@@ -11,8 +11,46 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
+from astroinertia.scene.characteristic import characteristic
+from astroinertia.scene.load import loads
 from tests.ball import ball
 from tests.unit.points import at
+
+CLOUD = """
+name = "cloud"
+units = "code"
+[body]
+kind = "uniform"
+particles = 2000
+mass = 0.2
+radius = 2.0
+relax = false
+specific_internal_energy = 0.06
+position = [3.0, 0.0, 0.0]
+[equation_of_state]
+kind = "ideal"
+[effects.gravity]
+[effects.pressure]
+[effects.external_field]
+point_mass = 1.0
+softening = 0.2
+origin = [3.0, 0.0, 0.0]
+[time]
+end = 3.0
+"""
+
+
+@pytest.mark.parametrize("softening", [0.02, 0.2, 1.0, 8.0, 2e6])
+def test_a_point_mass_in_a_cloud_weighs_as_much_as_the_plan_says(softening: float) -> None:
+    """Its virial over that of a uniform sphere's own gravity, by quadrature; the plan heeds it, and one outside not."""
+    ratio = softening / 2.0
+    own = mpmath.quad(lambda x: 3 * x**4 * (x**2 + ratio**2) ** -1.5, [0, 1]) / mpmath.mpf("0.6") / 0.2
+    scene = loads(CLOUD, [f"effects.external_field.softening={softening}"])
+    assert characteristic(scene).added_weight == pytest.approx(float(own), rel=1e-9)
+    outer = characteristic(loads(CLOUD, ["body.position=[-3.0, 0.0, 0.0]"]))
+    assert outer.added_weight == 0.0
+    inside, outside = characteristic(scene).support, outer.support
+    assert outside is not None and inside == pytest.approx(outside / (1.0 + float(own)), rel=1e-9)
 
 
 @pytest.mark.slow
