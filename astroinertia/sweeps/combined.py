@@ -100,6 +100,11 @@ def is_written(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> bool:
     """Whether the result is there, whole, with the same members left out for the same reasons.
 
     One of before members that had failed were run again is right as far as it goes, and stays until it is replaced.
+
+    >>> from astroinertia.sweeps.folder import read
+    >>> sweep, place = read(Path("runs/sweep")), Path("runs/sweep")
+    >>> print(is_written(sweep, place, {}), is_written(sweep, place, {1: "it sheds mass"}))
+    True False
     """
     file = path(sweep, folder)
     if not trailer.is_whole(file):
