@@ -55,6 +55,7 @@ def cluster():
         yield started
 
 
+@pytest.mark.slow
 def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_path):
     place, standings = grid
     found = astroinertia.open(place)
@@ -74,6 +75,7 @@ def test_parameters_are_dimensions_and_members_are_runs_by_themselves(grid, tmp_
     assert set(found.to_dataframe().index.names) >= {"body_mass", "body_rotation_period", "time"}
 
 
+@pytest.mark.slow
 def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tmp_path, capsys):
     text = '"body.mass" = ["2 Msun", "1 Msun", "3 Msun"]\n"body.rotation.period" = ["20 s", "10 s"]'
     place = tmp_path / "sorted"
@@ -92,6 +94,7 @@ def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tm
         assert f"{end:.6g}" in next(row for row in rows if row.startswith(member(number)))
 
 
+@pytest.mark.slow
 def test_members_are_a_tree(grid):
     place, _ = grid
     tree = astroinertia.open_sweep(place)
@@ -102,6 +105,7 @@ def test_members_are_a_tree(grid):
     )
 
 
+@pytest.mark.slow
 def test_workers_give_the_same_to_the_bit_and_killed_ones_are_replaced(grid, cluster, tmp_path):
     """They ask no scheduler for the files of their members: xarray's locks took longer than cheap members."""
     (worker,) = cluster.workers.values()
@@ -183,6 +187,7 @@ def test_a_member_whose_worker_is_killed_each_time_is_given_up_and_the_others_ar
     assert folder.waiting(tmp_path / "sweep", 4) == [number]
 
 
+@pytest.mark.slow
 def test_an_interrupted_sweep_goes_on_where_it_was(grid, tmp_path, monkeypatch):
     save, saved = Archive.write_checkpoint, []
 
@@ -220,6 +225,7 @@ def slow(monkeypatch):
     return moved_by_steps(monkeypatch, Scaling, (loop, members, ensemble, workers, clusters, cli, cli_stop, interrupts))
 
 
+@pytest.mark.slow
 def test_a_sweep_is_stopped_in_time_with_its_member_saved_and_goes_on(grid, tmp_path, monkeypatch, slow, capsys):
     """Members take two steps of 10 s each: the third is under way when the next step would be too late."""
     monkeypatch.chdir(tmp_path)
@@ -315,6 +321,7 @@ def test_a_member_ends_when_its_sweep_is_over(tmp_path, monkeypatch):
     assert folder.finished(tmp_path, 0) is None and folder.failure(tmp_path, 0) is None
 
 
+@pytest.mark.slow
 def test_a_member_waits_for_a_worker_that_still_holds_it(tmp_path, monkeypatch):
     folder.describe(made(), tmp_path)
     (tmp_path / folder.SESSION).write_text("mine")
@@ -363,6 +370,7 @@ def test_members_of_other_cadences_are_on_common_times_and_the_file_says_so(tmp_
     np.testing.assert_allclose(found["inertia_tensor"][1, 1::2], 0.5 * (own[1:] + own[:-1]), rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_the_lines_of_the_readme_work_on_a_sweep(grid):
     ds = astroinertia.open(grid[0])
     dims = ("body_mass", "body_rotation_period", "time")
@@ -374,6 +382,7 @@ def test_the_lines_of_the_readme_work_on_a_sweep(grid):
     assert ds.isel(body_mass=1, body_rotation_period=0).inertia.plot_spin() is not None
 
 
+@pytest.mark.slow
 def test_commands_on_a_sweep_take_a_member_or_say_how_to_name_one(grid, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "600")
     monkeypatch.setattr(pictures, "FIGURES", {"inertia": pictures.FIGURES["inertia"]})  # one picture is as good as all
@@ -460,6 +469,7 @@ def test_folders_are_not_mixed_up(grid, tmp_path):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damaged", "left"),
     [(["core.nc"], []), (["member-0001/core.nc", "core.nc"], [1]), (["member-0002/core.nc"], [2])],
@@ -479,6 +489,7 @@ def test_files_that_a_disk_has_damaged_are_written_again(grid, tmp_path, damaged
         assert astroinertia.open(place / member(number)).sizes["time"] > 1
 
 
+@pytest.mark.slow
 def test_a_sweep_is_shown_by_a_process_that_does_nothing_else(grid):
     command = [sys.executable, "-m", "astroinertia", "show", str(grid[0])]
     done = subprocess.run(command, capture_output=True, text=True)
@@ -495,6 +506,7 @@ def test_the_spin_of_members_is_that_about_their_angular_momentum(grid, monkeypa
         assert f"{spin:.6g}" in row.split()
 
 
+@pytest.mark.slow
 def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
