@@ -15,6 +15,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
 import numpy as np
 from evrard_codes import NEIGHBOURS, SIMS, Length, Ran, run_phantom, run_swift, start
 from fair_times import machine, rows_of
@@ -30,7 +34,7 @@ REFERENCE = HERE.parent / "reference" / "evrard.json"
 END, EVERY = 1.2, 0.01
 VARIANTS = {
     "here": (),
-    "whole stress": ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0"),
+    "here, whole stress": ('effects.viscosity.stress="whole"', "effects.viscosity.alpha_max=1.0"),
 }
 WANTED = (0.1, 0.05, 0.03)  # errors of the kinetic peak
 
@@ -80,21 +84,49 @@ def time_for(rows: list[dict[str, Any]], error: float) -> tuple[float, bool]:
     return float(np.exp(seconds[k] + slope * (np.log(error) - errors[k]))), not errors[-1] <= np.log(error) <= errors[0]
 
 
+def by_code(rows: dict[str, dict[str, Any]]) -> dict[str, dict[int, dict[str, Any]]]:
+    """The runs of each code by their particles, from the fewest to the most."""
+    found: dict[str, dict[int, dict[str, Any]]] = {}
+    for key in sorted(rows, key=lambda key: int(key.partition("/")[2])):
+        code, _, particles = key.partition("/")
+        found.setdefault(code, {})[int(particles)] = rows[key]
+    return found
+
+
+def picture(rows: dict[str, dict[str, Any]], path: Path) -> None:
+    """The errors of both peaks against processor time, with the number of particles at each run."""
+    figure, panels = plt.subplots(1, 2, figsize=(10, 4.2), sharex=True, sharey=True, layout="constrained")
+    for panel, (name, title) in zip(
+        panels, (("kinetic", "kinetic energy"), ("internal", "thermal energy")), strict=True
+    ):
+        for code, runs in by_code(rows).items():
+            seconds, errors = zip(*((row["seconds"], 100 * abs(row[name])) for row in runs.values()), strict=True)
+            panel.loglog(seconds, errors, "o-", markersize=4, label=code)
+            for particles, *place in zip(runs, seconds, errors, strict=True):
+                panel.annotate(f"{particles}", place, (4, 3), textcoords="offset points", fontsize=6)
+        panel.set(title=f"peak of the {title}", xlabel="processor time (s)")
+        panel.xaxis.set_major_formatter("{x:g}")
+        panel.set_yticks((2, 5, 10, 20, 50), ("2", "5", "10", "20", "50"))
+        panel.set_yticks((), minor=True)
+        panel.margins(x=0.12)
+        panel.grid(alpha=0.3, which="both")
+    panels[0].set_ylabel("error (%)")
+    panels[0].legend(fontsize=8)
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+
+
 def table(rows: dict[str, dict[str, Any]]) -> str:
     """All runs, and the times at which errors are reached."""
-    by_code: dict[str, list[tuple[int, dict[str, Any]]]] = {}
-    for key, row in rows.items():
-        code, _, particles = key.partition("/")
-        by_code.setdefault(code, []).append((int(particles), row))
-    runs = {code: [row for _, row in sorted(found, key=lambda one: one[0])] for code, found in by_code.items()}
+    runs = by_code(rows)
     cells = [
         [code, size, f"{row['seconds']:.3g}", *(f"{100 * row[name]:+.1f} %" for name in ("kinetic", "internal"))]
-        for code, found in by_code.items()
-        for size, row in sorted(found, key=lambda one: one[0])
+        for code, found in runs.items()
+        for size, row in found.items()
     ]
     times = []
     for error in WANTED:
-        found = [time_for(ordered, error) for ordered in runs.values()]
+        found = [time_for(list(of_code.values()), error) for of_code in runs.values()]
         times.append([f"{100 * error:g} %", *(f"{spent:.3g}{' *' if beyond else ''}" for spent, beyond in found)])
     heads = ["error of the kinetic peak", *(f"{code} (s)" for code in runs)]
     words = __doc__.strip().split("\n\n")
@@ -129,6 +161,7 @@ def main() -> None:
                 store.write_text(json.dumps(rows, indent=1) + "\n")
                 print(key, rows[key], flush=True)
     STORE.with_suffix(".md").write_text(table(rows))
+    picture(rows, STORE.with_suffix(".png"))
 
 
 if __name__ == "__main__":
