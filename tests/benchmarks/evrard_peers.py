@@ -132,7 +132,8 @@ def table(rows: dict[str, dict[str, Any]]) -> str:
     words = __doc__.strip().split("\n\n")
     return "\n".join([
         f"# {words[0]}\n\n{words[2]}\n",
-        f"SWIFT: scheme SPHENIX, quartic spline with {NEIGHBOURS:g} neighbours. Phantom: its defaults. {machine()}.\n",
+        f"SWIFT: scheme SPHENIX, quartic spline with {NEIGHBOURS:g} neighbours. Phantom: its defaults, with individual "
+        f"steps. {machine()}.\n",
         rows_of(["code", "particles", "processor time (s)", "kinetic peak", "thermal peak"], cells),
         rows_of(heads, times),
         "\\* extrapolated from two runs.\n",
