@@ -20,7 +20,7 @@ RUN := $(VENV)/bin/python
 NEEDS := pyproject.toml .ci/constraints.txt
 WORKERS ?= 2
 # What the benchmarks share; the other files of tests/benchmarks are programs.
-BENCH_PARTS := scaling_plan precision_table fair_times gravity_codes point_sets evrard_cloud
+BENCH_PARTS := scaling_plan precision_table fair_times gravity_codes point_sets evrard_cloud evrard_codes
 
 # Compiled code is kept between runs, inside the checkout: a fresh clone is then a fresh start.
 export JAX_COMPILATION_CACHE_DIR ?= $(CURDIR)/.cache/jax
