@@ -10,11 +10,11 @@ to round-off. Sources: Chandrasekhar (1969), Ellipsoidal Figures of Equilibrium,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from astroinertia.engines.elementwise import totals
-from astroinertia.engines.pytree import pytree
+from astroinertia.engines.pytree import pytree, with_fields
 from astroinertia.inertia.tensor import inertia_from_second_moment, namespace
 
 Array = Any
@@ -113,7 +113,7 @@ def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     spreading = (mixed.value + mixed.value.T) + (mixed.carry + mixed.carry.T)
     second_moment = ledger.second_moment.add(dt * spreading + dt**2 * kinetic)
     size = xp.sqrt((inertia_from_second_moment(second_moment.total) ** 2).sum())
-    return replace(
+    return with_fields(
         ledger,
         second_moment=second_moment,
         mixed_moment=ledger.mixed_moment.add(dt * kinetic),
@@ -203,7 +203,7 @@ def after_kick(
         Compensated(now - shift, xp.zeros((3, 3))) if complete else ledger.kinetic_tensor.add(half + half.T - shift)
     )
     rows = [increment is not None for increment in increments]
-    return replace(
+    return with_fields(
         ledger,
         mixed_moment=ledger.mixed_moment.add(gain),
         kinetic_tensor=kinetic,
@@ -239,7 +239,7 @@ def after_rounding(
         body = Whole(total, place / total, momentum / total)
     second = second - xp.asarray(body.centre)[:, None] * error[None, :]
     mixed = mixed - error[:, None] * xp.asarray(body.velocity)[None, :]
-    return replace(
+    return with_fields(
         ledger,
         second_moment=ledger.second_moment.add(second + second.T),
         mixed_moment=ledger.mixed_moment.add(mixed),
@@ -293,7 +293,7 @@ def after_removal(ledger: Ledger, lost: Removed, row: int, work: Array, heating:
         rows = [value if number == row else 0.0 * value for number in range(len(kept.value))]
         return kept.add(namespace(kept.value).stack(rows))
 
-    return replace(
+    return with_fields(
         ledger,
         second_moment=ledger.second_moment.add(-lost.second_moment),
         mixed_moment=ledger.mixed_moment.add(-lost.mixed_moment),
@@ -307,7 +307,7 @@ def after_removal(ledger: Ledger, lost: Removed, row: int, work: Array, heating:
 
 def after_heating(ledger: Ledger, energy: Array) -> Ledger:
     """The ledger after each effect added `energy` (E,) to the internal energy."""
-    return replace(ledger, heating=ledger.heating.add(energy))
+    return with_fields(ledger, heating=ledger.heating.add(energy))
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,14 @@ both are active.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.pytree import with_fields
 from astroinertia.engines.terms import PairTerm, argument_names
 from astroinertia.ledger.moments import Whole, after_heating
 from astroinertia.models.protocol import never
@@ -122,7 +123,7 @@ class BlockStep:
     @cached_property
     def direct(self) -> Problem:
         """The physics with plain sums over all pairs, for few particles."""
-        return replace(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
+        return with_fields(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
 
     @property
     def xp(self) -> Any:
@@ -153,7 +154,7 @@ class BlockStep:
         elif name in self.more:
             self.more[name] = np.array(values)
         else:
-            self.state = replace(self.state, **{name: np.array(values)})
+            self.state = with_fields(self.state, **{name: np.array(values)})
 
     def room(self, name: str, *row: int) -> Array:
         """The further array of that name, of rows (N, *row), in which there are zeros at first."""
@@ -171,7 +172,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
     """The particles of a state at the beginning of a base step, not kicked yet."""
     fluid, mass, rates = state.rates.fluid, state.mass, state.rates
     owned = ("velocity", "entropy", "smoothing_length")
-    state = replace(
+    state = with_fields(
         state,
         memory={name: array.copy() for name, array in state.memory.items()},
         **{name: getattr(state, name).copy() for name in owned},
@@ -198,19 +199,19 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         more["decay"] = np.array(rates.exchange.decay)
     total = mass.sum()
     body = Whole(total, (mass @ state.position) / total, (mass @ state.velocity) / total)
-    problem = replace(problem, engine=problem.engine.within(len(mass)))
+    problem = with_fields(problem, engine=problem.engine.within(len(mass)))
     return BlockStep(problem, arrangement, Clock(base), float(state.time), state, more, body, Tally())
 
 
 def closed(block: BlockStep, rates: Rates) -> State:
     """The state at the end of a base step."""
-    state, fluid = block.state, replace(rates.fluid, points=block.state.points, body=None)
-    return replace(
+    state, fluid = block.state, with_fields(rates.fluid, points=block.state.points, body=None)
+    return with_fields(
         state,
         time=np.float64(block.begun + block.clock.base),
         step=state.step + 1,
-        rates=replace(rates, fluid=fluid),
-        points=points.with_histories(block.xp, block.problem.effects, replace(fluid, velocity=state.velocity)),
+        rates=with_fields(rates, fluid=fluid),
+        points=points.with_histories(block.xp, block.problem.effects, with_fields(fluid, velocity=state.velocity)),
     )
 
 
@@ -219,7 +220,7 @@ def drift(block: BlockStep, clock: Clock) -> None:
     dt = np.float64(clock.elapsed - block.clock.elapsed)
     mass, centre, velocity = block.body
     block.body = Whole(mass, centre + dt * velocity, velocity)
-    state = replace(block.state, time=np.float64(block.time))
+    state = with_fields(block.state, time=np.float64(block.time))
     block.state = kick_drift.drift(block.xp, state, dt, block.more["counted"], block.body)
     _predict(block, clock)
 
@@ -258,7 +259,7 @@ def find_densities(block: BlockStep, active: Array) -> None:
     if "pressure" in problem.effect_names:
         parts = block.take("mass", active), entropy, block.take("density", active), solved.density
         ledger = after_heating(block.state.ledger, compression(problem, eos, *parts))
-        block.state = replace(block.state, ledger=ledger)
+        block.state = with_fields(block.state, ledger=ledger)
     rate, since = block.take("entropy_rate", active), block.time - block.take("middle", active)
     if "decay" in block.more:
         now = elementwise(block.xp, exchanged, entropy, rate * since, block.take("decay", active), since)[0]
@@ -291,7 +292,7 @@ def gradients(block: BlockStep, active: Array, further: PairTerm) -> Sums:
 
 def remembered(block: BlockStep, active: Array, sums: Sums, since: Array) -> Fluid:
     """The active particles with their gradients, and memories brought up to now, `since` (n,) after they last were."""
-    before = replace(fluid_of(block, active), gradients=sums)
+    before = with_fields(fluid_of(block, active), gradients=sums)
     fluid = evaluate.with_memories(block.problem, before, since)
     keep_memories(block, active, before, fluid)
     return fluid
@@ -501,7 +502,7 @@ def choose(block: BlockStep, chosen: Array) -> None:
     state = block.state
     arrays = {name: array[chosen] for name in PER_PARTICLE if (array := getattr(state, name)) is not None}
     memory = {name: array[chosen] for name, array in state.memory.items()}
-    block.state = replace(state, memory=memory, **arrays)
+    block.state = with_fields(state, memory=memory, **arrays)
     block.more = {name: array[chosen] for name, array in block.more.items()}
 
 

@@ -10,13 +10,14 @@ the global one.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added
+from astroinertia.engines.pytree import with_fields
 from astroinertia.engines.terms import Output, PairTerm
 from astroinertia.models.protocol import GivenUp, never
 from astroinertia.models.sph import (
@@ -114,7 +115,7 @@ def _split(
     block.to_give_up = to_give_up
     block.pairs, block.more["contact"], block.looked = lists, apart, block.time
     everyone = np.arange(block.count)
-    fluid = replace(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
+    fluid = with_fields(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
     _kick(block, everyone, fluid, rung, opening=state)
     block.more["predicted"] = state.velocity  # all there is, is of one time
     _carry_on(block, 0)
@@ -196,7 +197,7 @@ def _close(block: BlockStep) -> Rates:
     fluid = parts.remembered(block, everyone, sums, since)
     rates = _kick_and_rate(block, everyone, fluid, np.full(block.count, -1), since)
     del sums["timesteps"]
-    return replace(rates, timestep=shortest(block.xp, timesteps.timestep_limits(block.problem, rates).values()))
+    return with_fields(rates, timestep=shortest(block.xp, timesteps.timestep_limits(block.problem, rates).values()))
 
 
 def _before_forces(block: BlockStep, active: Array) -> Sums:
@@ -281,7 +282,7 @@ def _kick(
     sums: Sums = {}
     for further in (near, distant if opening is None else _distant_sums(block)):
         add_sums(sums, further)
-    fluid = replace(fluid, sums=sums)
+    fluid = with_fields(fluid, sums=sums)
     after = evaluate.with_memories_of_sums(problem, fluid)
     parts.keep_memories(block, active, fluid, after)
     own = [_own_acceleration(block, effect, fluid, active) for effect in problem.effects]
@@ -295,7 +296,7 @@ def _kick(
         pushes.append(push)
         by_pairs.append(impulses.get("heating") if problem.equation_of_state.thermal else None)
     beside = points.pushed(np, problem.effects, block.state.points, fluid, spans.both)
-    block.state = replace(block.state, points=beside)
+    block.state = with_fields(block.state, points=beside)
     exchange = evaluate.exchange_with_surroundings(problem, fluid, block.take("entropy_per_heat", active))
     parts.kick(block, active, pushes, [effect.drag(fluid) for effect in problem.effects], by_pairs, exchange, spans)
     if spans.opens:
@@ -364,7 +365,7 @@ def own_limits(problem: Problem, rates: Rates, whole: bool = True) -> Array:
     Where particles are not the whole body, what limits that has limited the base step already.
     """
     if not whole and _act_with_base(problem):
-        problem = replace(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
+        problem = with_fields(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
     limits = np.full(len(rates.fluid.mass), np.inf)
     for limit in timesteps.particle_limits(problem, rates).values():
         limits = np.minimum(limits, limit)

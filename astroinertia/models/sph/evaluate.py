@@ -7,12 +7,12 @@ the same parts for some of them, `targets` (n,), with all particles as the sourc
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import reduce
 from typing import Any
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.pytree import with_fields
 from astroinertia.engines.terms import COMMON, PairTerm
 from astroinertia.errors import SceneError
 from astroinertia.ledger.moments import after_heating
@@ -36,7 +36,7 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
     xp, before = problem.engine.xp, state.rates.fluid
     eos, first = problem.matter(state.material), before is None
-    arrangement = replace(arrangement, pairs=listed(problem, arrangement.pairs, state))
+    arrangement = with_fields(arrangement, pairs=listed(problem, arrangement.pairs, state))
     solved = densities(problem, arrangement.pairs, state)
     velocity, entropy = (state.velocity, state.entropy) if first else predicted(xp, state, dt / 2)
     *thermal, entropy_per_heat = eos.state(xp, solved.density, entropy)
@@ -64,9 +64,9 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     )
     if first:
         fluid = with_first_memories(problem, fluid)
-    fluid = replace(fluid, gradients=gradients(problem, arrangement.pairs, fluid))
+    fluid = with_fields(fluid, gradients=gradients(problem, arrangement.pairs, fluid))
     fluid = with_memories(problem, fluid, dt)
-    fluid = replace(fluid, sums=pair_sums(problem, arrangement, fluid, {} if first else before.sums))
+    fluid = with_fields(fluid, sums=pair_sums(problem, arrangement, fluid, {} if first else before.sums))
     fluid = with_memories_of_sums(problem, fluid)
     own = [effect.acceleration(xp, fluid) for effect in problem.effects]
     rates = rates_of(problem, fluid, own, entropy_per_heat)
@@ -76,14 +76,14 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
         ledger = after_heating(ledger, gained)
     beside = state.points
     if beside:  # what is known of the whole body is that of the velocities that the closing kick makes
-        ending = change_by_rates(xp, replace(state, rates=rates), dt / 2).after
-        beside = points.with_histories(xp, problem.effects, replace(fluid, velocity=ending))
-    return replace(
+        ending = change_by_rates(xp, with_fields(state, rates=rates), dt / 2).after
+        beside = points.with_histories(xp, problem.effects, with_fields(fluid, velocity=ending))
+    return with_fields(
         state,
         smoothing_length=solved.smoothing_length,
         memory=fluid.memory,
         ledger=ledger,
-        rates=replace(rates, timestep=shortest(xp, timestep_limits(problem, rates).values())),
+        rates=with_fields(rates, timestep=shortest(xp, timestep_limits(problem, rates).values())),
         points=beside,
     )
 
@@ -91,7 +91,7 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
 def turned(problem: Problem, arrangement: Arrangement, state: State, time: Array) -> State:
     """The state at a time that it has come to, with the rates of what acts from then on."""
     xp = problem.engine.xp
-    return evaluated(problem, arrangement, replace(state, time=xp.asarray(time, dtype=float)), xp.zeros(()))
+    return evaluated(problem, arrangement, with_fields(state, time=xp.asarray(time, dtype=float)), xp.zeros(()))
 
 
 def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Any:
@@ -115,23 +115,23 @@ def densities(problem: Problem, pairs: Any, state: State, targets: Array | None 
     )  # fmt: skip
     if standard is not None:
         own = standard if factor is None else factor * standard
-        solved = replace(solved, density=rows(own, targets) * solved.density)
+        solved = with_fields(solved, density=rows(own, targets) * solved.density)
     if not any(effect.needs_contrast for effect in problem.effects):
         return solved
     xp = problem.engine.xp
     share = own_share(xp, problem.kernel, problem.eta)
     sharper, contrast = elementwise(xp, sharpened, solved.density, solved.grad_h, share)
-    return replace(solved, density=sharper, contrast=contrast)
+    return with_fields(solved, density=sharper, contrast=contrast)
 
 
 def with_first_memories(problem: Problem, fluid: Fluid) -> Fluid:
     """The fluid with what effects evolve for themselves, before the first evaluation: as it has it, or as it begins."""
-    before, fluid = fluid.memory, replace(fluid, memory={})
+    before, fluid = fluid.memory, with_fields(fluid, memory={})
     for effect in problem.effects:
         begun = effect.initial_memory(problem.engine.xp, fluid)
         if shared := sorted(fluid.memory.keys() & begun.keys()):
             raise SceneError(f"the effect '{effect.kind}' and another have a memory '{shared[0]}': rename one.")
-        fluid = replace(fluid, memory=fluid.memory | {name: before.get(name, begun[name]) for name in begun})
+        fluid = with_fields(fluid, memory=fluid.memory | {name: before.get(name, begun[name]) for name in begun})
     return fluid
 
 
@@ -164,7 +164,7 @@ def with_memories(problem: Problem, fluid: Fluid, since: Array) -> Fluid:
     """The fluid with what effects evolve for themselves, `since` () or (n,) after they last did."""
     for effect in problem.effects:
         if found := effect.remember(problem.engine.xp, fluid, since):
-            fluid = replace(fluid, memory={**fluid.memory, **found})
+            fluid = with_fields(fluid, memory={**fluid.memory, **found})
     return fluid
 
 
@@ -172,7 +172,7 @@ def with_memories_of_sums(problem: Problem, fluid: Fluid) -> Fluid:
     """The fluid with what effects keep of the sums over pairs for the next evaluation."""
     for effect in problem.effects:
         if found := effect.remember_sums(problem.engine.xp, fluid):
-            fluid = replace(fluid, memory={**fluid.memory, **found})
+            fluid = with_fields(fluid, memory={**fluid.memory, **found})
     return fluid
 
 
@@ -326,6 +326,6 @@ def internal_energy(problem: Problem, state: State) -> Array:
 @compiled
 def potential_energies(problem: Problem, state: State) -> dict[str, Array]:
     """The potential energy of each effect that has one."""
-    xp, fluid = problem.engine.xp, replace(state.rates.fluid, points=state.points)
+    xp, fluid = problem.engine.xp, with_fields(state.rates.fluid, points=state.points)
     energies = {effect.kind: effect.potential_energy(xp, fluid) for effect in problem.effects}
     return {kind: energy for kind, energy in energies.items() if energy is not None}

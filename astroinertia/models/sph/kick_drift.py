@@ -6,13 +6,13 @@ which are then given by their indices, `active` (n,).
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from astroinertia.engines.elementwise import added, elementwise
+from astroinertia.engines.pytree import with_fields
 from astroinertia.ledger.moments import Ledgers, Whole
 from astroinertia.models.sph import points
 from astroinertia.models.sph.heat import Heat, after_heat, entropy_after
@@ -59,7 +59,7 @@ def drift(xp: Any, state: State, dt: Array, counted: Array | None = None, whole:
     ledgers = Ledgers(state.ledger, state.regions).drifted(xp, dt)
     time = state.time + dt
     beside = points.drifted(xp, state.points, dt, time)
-    state = replace(state, time=time, points=beside, ledger=ledgers.body, regions=ledgers.regions)
+    state = with_fields(state, time=time, points=beside, ledger=ledgers.body, regions=ledgers.regions)
     return carried_on(xp, state, dt, counted, whole)
 
 
@@ -73,7 +73,7 @@ def carried_on(xp: Any, state: State, dt: Array, counted: Array | None, whole: W
     position, remainder = elementwise(xp, moved, before, state.remainder, state.velocity, dt)
     ledgers = Ledgers(state.ledger, state.regions)
     ledgers = ledgers.rounded(xp, mass, state.members(), before, position, state.velocity, dt, whole)
-    return replace(state, position=position, remainder=remainder, ledger=ledgers.body, regions=ledgers.regions)
+    return with_fields(state, position=position, remainder=remainder, ledger=ledgers.body, regions=ledgers.regions)
 
 
 def kick(
@@ -89,7 +89,7 @@ def kick(
     ledgers = Ledgers(state.ledger, state.regions).kicked(xp, mass, state.members(active), position, *change, whole)
     entropy, energies = after_heat(xp, heat, mass, entropy, density, matter)
     ledgers = ledgers.heated(xp.asarray(energies))
-    return replace(
+    return with_fields(
         state,
         velocity=_written(state.velocity, active, change.after),
         entropy=_written(state.entropy, active, entropy),

@@ -3,7 +3,7 @@
 import ast
 import subprocess
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import pytest
 
 import astroinertia
-from astroinertia.engines.pytree import mapped, named_leaves, pytree, with_leaves
+from astroinertia.engines.pytree import mapped, named_leaves, pytree, with_fields, with_leaves
 from astroinertia.matter.planetary import Murnaghan, Vinet
 
 
@@ -36,6 +36,16 @@ def test_values_pass_and_constants_are_part_of_the_structure():
     assert jax.tree.structure(Fruit(1.0, "pear")) != jax.tree.structure(Fruit(1.0, "apple"))
     ((path, _),) = jax.tree_util.tree_leaves_with_path(Fruit(1.0))
     assert jax.tree_util.keystr(path) == ".mass"
+
+
+def test_fields_are_changed_as_dataclasses_do():
+    apple = Fruit([1.0], "pear")
+    other = with_fields(apple, mass=2.0)
+    assert other == replace(apple, mass=2.0) and apple == Fruit([1.0], "pear")
+    assert with_fields(apple, kind="plum").mass is apple.mass
+    assert jax.tree.structure(other) == jax.tree.structure(Fruit(2.0, "pear"))
+    with pytest.raises(TypeError, match="Fruit has no field colour"):
+        with_fields(apple, colour="red")
 
 
 class Pair(NamedTuple):
