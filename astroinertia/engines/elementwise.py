@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -85,6 +85,7 @@ class Table:
     """An array that every particle looks things up in; functions must ask for no entry that it does not have."""
 
     entries: Array
+    shape: ClassVar[str] = WHOLE  # that of no number and no array
 
 
 def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
@@ -216,20 +217,25 @@ Kind = tuple[int, ...] | str | None  # the shape of a row, WHOLE for a table, No
 
 def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Kind, ...]]:
     """Arrays in one dimension and numbers, and the kind of each."""
-    flat, kinds = [], []
+    kind_of, flat, kinds = _kinds(count), [], []
     for argument in arguments:
-        if isinstance(argument, Table):
-            flat.append(np.ascontiguousarray(argument.entries, dtype=np.float64).reshape(-1))
-            kinds.append(WHOLE)
-            continue
-        if isinstance(argument, float):  # one of numpy's, too
-            flat.append(float(argument))
-            kinds.append(None)
-            continue
-        array = _rows(argument, count)
-        flat.append(array.ravel() if array.ndim else float(array))
-        kinds.append(array.shape[1:] if array.ndim else None)
+        shape = getattr(argument, "shape", ())
+        if shape in kind_of:
+            kind = kind_of[shape]
+            flat.append(float(argument) if kind is None else np.asarray(argument, dtype=np.float64).ravel())
+        elif isinstance(argument, Table):
+            kind = WHOLE
+            flat.append(np.asarray(argument.entries, dtype=np.float64).ravel())
+        else:
+            raise ValueError(f"cannot work on each particle of an array of shape {shape}")
+        kinds.append(kind)
     return flat, tuple(kinds)
+
+
+@functools.lru_cache(maxsize=64)
+def _kinds(count: int) -> dict[Any, Kind]:
+    """The kind of numbers, and of arrays of each shape that there may be."""
+    return {(): None, **{(count, *row): row for row in WIDTHS}}
 
 
 @functools.lru_cache(maxsize=512)
