@@ -25,7 +25,7 @@ from astroinertia.engines.numba_modules import (
     neighbour_pass,
 )
 from astroinertia.engines.numba_parts import GROUP
-from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, output_kinds, virial_effects
+from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, Needs, virial_effects
 from astroinertia.engines.terms import Density, PairTerm, field_named
 from astroinertia.engines.threads import available_threads, carry_out
 from astroinertia.engines.together import ALONE, Alone, Part
@@ -259,11 +259,11 @@ class Engine:
             else neighbour_pass(kernel, terms, self.precision, virials, intervals)
         )
         if wanted != {term.effect for term in terms}:  # what others ask for: nothing is made of their results
-            fields = {**{label.partition("_")[2]: 0.0 for label in needs.arrays}, **fields}
-        named, support = _named(fields, needs.arrays, len(mass)), float(KERNELS[kernel].support)
+            fields = {**{name: 0.0 for name, _ in needs.fields}, **fields}
+        named, support = _named(fields, needs, len(mass)), float(KERNELS[kernel].support)
         mine, part = self._part(arrangement, _targets(arrangement, targets))
         workers = self._workers_for(mine)
-        results, arrays = _results(np.empty, terms, virials, len(mine.indices), leaves.count, intervals)
+        results, arrays = _results(np.empty, needs, virials, len(mine.indices), leaves.count)
         if few:
             given = tables_of(needs, sources_of(position, mass, smoothing_length, needs.arrays, named), support)
             carry_out(sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
@@ -301,9 +301,9 @@ class Engine:
         support = float(KERNELS[kernel].support)
         if self._few(len(mass)):
             _, sums, needs = few_all_pairs_pass(kernel, tuple(terms), virials)
-            named = _named(fields, needs.arrays, len(mass))
+            named = _named(fields, needs, len(mass))
             sources = rows_of(needs.rows, sources_of(position, mass, smoothing_length, needs.arrays, named), support)
-            results, arrays = _results(np.zeros, terms, virials, len(mass), leaves.count)
+            results, arrays = _results(np.zeros, needs, virials, len(mass), leaves.count)
             carry_out(sums, self.workers, sources, leaves.start, *arrays)
             return _finished(results, virial)
         _, sums, needs = all_pairs_pass(kernel, tuple(terms), self.precision, virials)
@@ -311,10 +311,10 @@ class Engine:
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
-        results, arrays = _results(np.zeros, terms, virials, len(mass), targets)
+        results, arrays = _results(np.zeros, needs, virials, len(mass), targets)
         carry_out(
             sums, self.workers, *nodes.columns, mass, support, support if needs.masked else np.inf, nodes.rows,
-            arrangement.first, arrangement.last, targets, *_named(fields, needs.arrays, len(mass)), *arrays,
+            arrangement.first, arrangement.last, targets, *_named(fields, needs, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results, virial)
 
@@ -430,26 +430,25 @@ def _fields(fields: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return _array(fields["position"]), _array(fields["mass"]), _array(fields["smoothing_length"])
 
 
-def _named(fields: dict, names: Sequence[str], count: int) -> list[np.ndarray]:
+def _named(fields: dict, needs: Needs, count: int) -> list[np.ndarray]:
     arrays = []
-    for label in names:
-        kind, _, name = label.partition("_")
-        shape = (count, 3) if kind == "vector" else (count,)
-        array = np.asarray(field_named(fields, name), dtype=np.float64)
-        arrays.append(_array(array if array.shape == shape else np.broadcast_to(array, shape)))
+    for name, of_vectors in needs.fields:
+        shape = (count, 3) if of_vectors else (count,)
+        array = _array(field_named(fields, name))
+        arrays.append(array if array.shape == shape else _array(np.broadcast_to(array, shape)))
     return arrays
 
 
 def _results(
-    made: Callable, terms: Sequence[PairTerm], virial: bool, count: int, leaves: int, impulses: bool = False
+    made: Callable, needs: Needs, virial: bool, count: int, leaves: int
 ) -> tuple[dict[str, dict[str, np.ndarray]], list[np.ndarray]]:
     # made: np.zeros for what is added to, np.empty for what is set.
     results: dict[str, dict[str, np.ndarray]] = {}
-    kinds = output_kinds(terms, impulses)
-    for (effect, name), how in kinds.items():
-        results.setdefault(effect, {})[name] = made((count, *SHAPES[how]))
-    arrays = [results[effect][name] for effect, name in kinds]
-    for effect in virial_effects(terms) if virial else ():
+    arrays = []
+    for (effect, name), how in needs.results.items():
+        arrays.append(made((count, *SHAPES[how])))
+        results.setdefault(effect, {})[name] = arrays[-1]
+    for effect in virial_effects(needs.terms) if virial else ():
         results[effect]["virial"] = np.zeros((leaves, len(VIRIAL_AXES)))
         arrays.append(results[effect]["virial"])
     return results, arrays

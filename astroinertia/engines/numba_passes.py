@@ -127,6 +127,16 @@ class Needs:
         return self.table.index("reach2") // 4 * 4
 
     @cached_property
+    def results(self) -> dict[tuple[str, str], str]:
+        """How each result is gathered: output_kinds."""
+        return output_kinds(self.terms, self.impulses)
+
+    @cached_property
+    def fields(self) -> list[tuple[str, bool]]:
+        """The fields of particles that `arrays` are, and whether each is of vectors."""
+        return [(name, True) for name in self.vectors] + [(name, False) for name in self.scalars]
+
+    @cached_property
     def arrays(self) -> list[str]:
         """Per-particle arrays that the pass is given besides position, mass and smoothing_length."""
         return [f"vector_{name}" for name in self.vectors] + [f"field_{name}" for name in self.scalars]
