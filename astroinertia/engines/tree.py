@@ -7,6 +7,7 @@ by the particles; boxes are refitted to wherever the particles are now.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +18,7 @@ from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, take
 from astroinertia.engines.threads import available_threads, share_out
 
 SHARE = 64  # leaves that a thread takes at a time
+AT_ONCE = 6  # levels at the top of a tree whose nodes are so few that all of them are filled in one go
 ALONE = 1024  # leaves below which one thread is sooner done than others are started
 # What numba keeps compiled for this file does not notice changes of numba_vectors: change something here, too.
 
@@ -107,12 +109,25 @@ def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int |
     else:
         threads = 1 if leaves.count < ALONE else threads or available_threads()
         share_out(_fit_leaves, threads, leaves.start, position, values, columns, rows)
-    for level in range(leaves.depth - 1, -1, -1):
+    for level in range(leaves.depth - 1, AT_ONCE - 1, -1):
         below = rows[:, 2 << level : 4 << level]
         one, other, here = below[:, ::2], below[:, 1::2], rows[:, 1 << level : 2 << level]
         np.minimum(one[:3], other[:3], out=here[:3])
         np.maximum(one[3:], other[3:], out=here[3:])
+    if top := min(leaves.depth, AT_ONCE):
+        here, below, ranges = rows[:, 1 : 1 << top], rows[:, 1 << top :], _ranges_below(top)
+        here[:3] = np.minimum.reduceat(below[:3], ranges, axis=1)[:, ::2]
+        here[3:] = np.maximum.reduceat(below[3:], ranges, axis=1)[:, ::2]
     return Nodes(columns, rows)
+
+
+@lru_cache(maxsize=AT_ONCE)
+def _ranges_below(depth: int) -> np.ndarray:
+    """The nodes of the level `depth`, first and last + 1, below each of the nodes 1 ... 2^depth-1 in turn."""
+    node = np.arange(1, 1 << depth)
+    level = np.repeat(np.arange(depth), 1 << np.arange(depth))
+    first, width = (node << (depth - level)) - (1 << depth), 1 << (depth - level)
+    return np.stack([first, first + width], axis=1).ravel()
 
 
 def _fit_few(
