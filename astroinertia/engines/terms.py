@@ -47,6 +47,9 @@ class PairTerm:
     outputs: tuple[Output, ...]
     far: Callable[..., tuple] | None = None
 
+    def __hash__(self) -> int:
+        return hash((self.effect, self.pair))  # says enough, and is asked for in every pass
+
 
 def argument_names(function: Callable) -> list[str]:
     """The names of the scalars that a pair function asks for; ValueError for what is not a Python function."""
