@@ -27,11 +27,10 @@ from astroinertia.sph.fluid import Fluid
 Array = Any
 THERMAL = ("pressure", "sound_speed", "internal_energy", "thermal_energy", "entropy_per_heat")
 OF_A_FLUID = (
-    "mass", "position", "entropy", "smoothing_length", "density", "grad_h", "zeta", "pressure", "sound_speed",
-    "internal_energy", "thermal_energy", "acceleration", "contrast", "standard_density",
+    "density", "grad_h", "zeta", "pressure", "sound_speed", "internal_energy", "thermal_energy", "acceleration",
+    "contrast", "standard_density",
 )  # fmt: skip
 SOLVED = ("zeta", "contrast")  # of these, where there are any
-OPTIONAL = (*SOLVED, "standard_density")
 PER_PARTICLE = (
     "identity", "mass", "position", "remainder", "velocity", "entropy", "smoothing_length", "material",
 )  # fmt: skip
@@ -137,7 +136,7 @@ class BlockStep:
 
     def chosen(self, active: Array | None) -> Array | None:
         """The active particles; None where these are all."""
-        return None if active is None or len(active) == self.count else active
+        return None if active is None or len(active) == len(self.state.mass) else active
 
     def array(self, name: str) -> Array:
         """The array of that name."""
@@ -145,12 +144,14 @@ class BlockStep:
 
     def take(self, name: str, active: Array) -> Array:
         """The rows of active particles (a copy, unless all are active)."""
-        return rows(self.array(name), self.chosen(active))
+        array = self.array(name)
+        return array if len(active) == len(array) else array.take(active, axis=0)
 
     def put(self, name: str, active: Array, values: Array) -> None:
         """Change those rows."""
-        if self.chosen(active) is not None:
-            self.array(name)[active] = values
+        array = self.array(name)
+        if len(active) < len(array):
+            array[active] = values
         elif name in self.more:
             self.more[name] = np.array(values)
         else:
@@ -162,10 +163,11 @@ class BlockStep:
             self.more[name] = np.zeros((self.count, *row))
         return self.more[name]
 
-    def under(self, prefix: str) -> dict[str, Array]:
-        """The further arrays with a prefix, under what follows it."""
-        dotted = prefix + "."
-        return {name[len(dotted) :]: array for name, array in self.more.items() if name.startswith(dotted)}
+    @property
+    def distant(self) -> dict[str, Array]:
+        """The accelerations that are not by neighbours, {effect: (N, 3)}."""
+        names = [(effect.kind, f"distant.{effect.kind}") for effect in self.problem.effects]
+        return {kind: self.more[name] for kind, name in names if name in self.more}
 
 
 def opened(problem: Problem, arrangement: Arrangement, state: State, base: float, limits: Array) -> BlockStep:
@@ -177,11 +179,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         memory={name: array.copy() for name, array in state.memory.items()},
         **{name: getattr(state, name).copy() for name in owned},
     )
-    more = {
-        name: np.array(array)
-        for name in OF_A_FLUID
-        if not hasattr(state, name) and (array := getattr(fluid, name)) is not None
-    }
+    more = {name: np.array(array) for name in OF_A_FLUID if (array := getattr(fluid, name)) is not None}
     more |= {
         "predicted": np.array(fluid.velocity),
         "counted": mass,
@@ -274,13 +272,13 @@ def find_densities(block: BlockStep, active: Array) -> None:
 
 def fluid_of(block: BlockStep, active: Array | None = None) -> Fluid:
     """What the effects see of active particles, or of all as they are known."""
-    chosen, more = block.chosen(active), block.more
-    names = [name for name in OF_A_FLUID if name in more or name not in OPTIONAL]
-    arrays = {name: rows(block.array(name), chosen) for name in names}
-    memory = {name: rows(array, chosen) for name, array in block.state.memory.items()}
+    chosen, state, more = block.chosen(active), block.state, block.more
+    arrays = {name: getattr(state, name) for name in ("mass", "position", "entropy", "smoothing_length")}
+    arrays |= {"velocity": more["predicted"], **{name: more[name] for name in OF_A_FLUID if name in more}}
+    arrays, memory = ({name: rows(array, chosen) for name, array in of.items()} for of in (arrays, state.memory))
     return Fluid(
-        time=np.float64(block.time), velocity=rows(more["predicted"], chosen), memory=memory,
-        kernel=block.problem.kernel, points=block.state.points, body=block.body, **{"zeta": None, **arrays},
+        time=np.float64(block.time), memory=memory, kernel=block.problem.kernel, points=state.points, body=block.body,
+        **{"zeta": None, **arrays},
     )  # fmt: skip
 
 
@@ -316,11 +314,12 @@ def neighbour_forces(block: BlockStep, fluid: Fluid, active: Array, spans: HalfI
     terms = problem.terms("neighbour_terms")
     if not terms:
         return {}, {}
-    mine = evaluate.pair_fields(problem, fluid)
-    for name in mine.keys() - evaluate.shared_fields(fluid).keys():
-        block.room(f"field.{name}")[active] = mine[name]
     fields = {name: block.array(name) for name in ("mass", "position", "smoothing_length")}
-    fields |= {"velocity": more["predicted"], **block.under("field")}
+    fields["velocity"] = more["predicted"]
+    for name, values in evaluate.pair_fields(problem, fluid).items():
+        if name not in fields:
+            fields[name] = block.room(f"field.{name}")
+            fields[name][active] = values
     closing, opening = np.zeros(block.count), np.full(block.count, -1.0)
     closing[active] = np.where(spans.old < 0, NOTHING_ENDS, spans.closing)
     opening[active] = spans.opening
@@ -369,7 +368,7 @@ def distant_forces(
         if rungs[0] == spans.level:
             whole_sums = _by_all(block, active, members, sums, spans.level)
     # Where a base step begins, the sums over all were made at the end of the last one.
-    before: Sums | None = None if done else {kind: {"acceleration": a} for kind, a in block.under("distant").items()}
+    before: Sums | None = None if done else {kind: {"acceleration": a} for kind, a in block.distant.items()}
     beginning = []
     for members, rungs, weight in weighted_sets(spans.base, spans.new, spans.level):
         beginning.append((members, rungs, summed(members, weight, before if rungs[0] == 0 else None)))
@@ -399,7 +398,7 @@ def _sums_of(block: BlockStep, everyone: Fluid, chosen: Array) -> Sums:
     if not whole:
         pairs = problem.engine.subset(arrangement.pairs, chosen, fluid.smoothing_length)
         arrangement = sorting.arranged(problem, pairs, fluid)
-    before: Sums = {name: {"acceleration": array[chosen]} for name, array in block.under("distant").items()}
+    before: Sums = {name: {"acceleration": array[chosen]} for name, array in block.distant.items()}
     terms = problem.terms("all_pair_terms")
     fields = evaluate.shared_fields(fluid) if terms else {}
     for name in _asked_for(terms):
@@ -475,7 +474,7 @@ def correct(block: BlockStep, active: Array, since: Array, acceleration: Array) 
 
 def remember_outer(block: BlockStep, active: Array, beginning: list[tuple[Array, list[int], Sums]]) -> None:
     """What is outside each nested set that begins exerts on those in it; beginning: as of distant_forces."""
-    for kind, total in block.under("distant").items():
+    for kind, total in block.distant.items():
         for members, rungs, sums in beginning:
             chosen = active[members]
             by_others = total[chosen] - sums[kind]["acceleration"] if rungs[-1] > 0 else None

@@ -341,7 +341,7 @@ def _recall_distant(block: BlockStep, near: Sums, state: State) -> None:
 
 
 def _distant_sums(block: BlockStep) -> Sums:
-    return {kind: {"acceleration": array} for kind, array in block.under("distant").items()}
+    return {kind: {"acceleration": array} for kind, array in block.distant.items()}
 
 
 def agreed_limits(problem: Problem, pairs: Any, state: State, limits: Array) -> Array:
