@@ -26,6 +26,7 @@ from astroinertia.engines.numba_modules import (
 )
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, Needs, virial_effects
+from astroinertia.engines.pytree import with_fields
 from astroinertia.engines.terms import Density, PairTerm, field_named
 from astroinertia.engines.threads import available_threads, carry_out
 from astroinertia.engines.together import ALONE, Alone, Part
@@ -142,7 +143,7 @@ class Engine:
 
         indices: ascending. Leaves are of the usual size, and never called stale.
         """
-        return replace(_of_balanced_leaves(len(indices)), scratch={})
+        return with_fields(_of_balanced_leaves(len(indices)), scratch={})
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
         """Whether the leaves have loosened so much that sorting particles again pays."""
@@ -164,7 +165,7 @@ class Engine:
             return arrangement
         mine, _ = self._part(arrangement, _targets(arrangement, targets))
         lists = self._lists(arrangement, mine, kernel, _array(position), LISTED * _array(smoothing_length))
-        return replace(arrangement, lists=lists)
+        return with_fields(arrangement, lists=lists)
 
     def near(self, arrangement: Arrangement, kernel: str, position: Any, reach: Any, members: Any) -> np.ndarray:
         """Particles that may be within reach of the members, or these of them, (N,) bool.
@@ -412,14 +413,14 @@ def _targets(arrangement: Arrangement, targets: Any) -> Targets:
         return held.targets
     indices = np.ascontiguousarray(targets, dtype=np.int64)
     start = arrangement.leaves.start
-    if len(indices) and (indices[0] < 0 or indices[-1] >= start[-1] or np.any(np.diff(indices) <= 0)):
+    if len(indices) and (indices[0] < 0 or indices[-1] >= start[-1] or (indices[1:] <= indices[:-1]).any()):
         raise ValueError(f"targets must be ascending indices of the {start[-1]} particles")
     return _chosen(arrangement, indices, np.searchsorted(indices, start))
 
 
 def _chosen(arrangement: Arrangement, indices: np.ndarray, begin: np.ndarray) -> Targets:
-    groups = np.flatnonzero(np.diff(_group_edges(arrangement, begin)))
-    return Targets(indices, begin, groups, np.flatnonzero(np.diff(begin)))
+    edges = _group_edges(arrangement, begin)
+    return Targets(indices, begin, (edges[1:] > edges[:-1]).nonzero()[0], (begin[1:] > begin[:-1]).nonzero()[0])
 
 
 def _group_edges(arrangement: Arrangement, begin: np.ndarray) -> np.ndarray:
