@@ -451,7 +451,7 @@ def kick(
         for q, push in zip(by_pairs, change.increments, strict=True)
     ]  # fmt: skip
     more = None if exchange is None else spans.both * exchange.gain
-    gain = entropy_gain(block.xp, block.take("entropy_per_heat", active), by_pairs, more)
+    gain = entropy_gain(block.take("entropy_per_heat", active), by_pairs, more)
     heat = Heat(by_pairs, exchange, gain, spans.both, 1.0)
     curved = block.problem.equation_of_state.curved
     chosen = block.chosen(active)

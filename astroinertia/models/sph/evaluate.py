@@ -257,7 +257,7 @@ def rates_of(problem: Problem, fluid: Fluid, own: list[Array | None], entropy_pe
     thermal = problem.equation_of_state.thermal
     heating = tuple(fluid.sums.get(effect.kind, {}).get("heating") if thermal else None for effect in effects)
     exchange = exchange_with_surroundings(problem, fluid, entropy_per_heat)
-    gain = entropy_gain(xp, entropy_per_heat, heating, None if exchange is None else exchange.gain)
+    gain = entropy_gain(entropy_per_heat, heating, None if exchange is None else exchange.gain)
     return Rates(
         acceleration=accelerations,
         drag=tuple(effect.drag(fluid) for effect in effects),

@@ -71,10 +71,10 @@ def exchange_of(pairs: Sequence[tuple[Array, Array] | None], entropy_per_heat: A
     return Exchange(gains, decays, entropy_per_heat)
 
 
-def entropy_gain(xp: Any, per_heat: Array, by_pairs: Sequence[Array | None], more: Array | None) -> Array | None:
+def entropy_gain(per_heat: Array, by_pairs: Sequence[Array | None], more: Array | None) -> Array | None:
     """dA/du times the heat of all pairs and what comes besides, (n,); None where nothing heats."""
     heat = added(reduce(added, by_pairs, None), more)
-    return None if heat is None else elementwise(xp, product, per_heat, heat)[0]
+    return None if heat is None else per_heat * heat
 
 
 def after_heat(

@@ -46,9 +46,13 @@ def particle_limits(problem: Problem, rates: Rates) -> dict[str, Array]:
         if (limit := effect.timestep(xp, fluid)) is not None:
             limits[effect.kind] = problem.courant * limit
     total = total_acceleration(xp, rates, fluid.velocity)
-    limits["acceleration"] = acceleration_limit(xp, fluid.smoothing_length, total, problem.acceleration_factor)
-    if (heat := reduce(added, rates.heating, None)) is not None:
-        limits["energy"] = energy_limit(xp, fluid, heat, total, problem.energy_factor)
+    moving = fluid.smoothing_length, total, problem.acceleration_factor
+    heat = reduce(added, rates.heating, None)
+    if heat is None:
+        (limits["acceleration"],) = elementwise(xp, crossing, *moving)
+    else:
+        heating = fluid.internal_energy, heat, problem.energy_factor
+        limits["acceleration"], limits["energy"] = elementwise(xp, crossing_and_doubling, *moving, *heating)
     return limits
 
 
@@ -76,19 +80,6 @@ def total_acceleration(xp: Any, rates: Rates, velocity: Array) -> Array:
     for matrix in rates.drag:
         total = total if matrix is None else total + velocity @ matrix.T
     return total
-
-
-def acceleration_limit(xp: Any, smoothing_length: Array, acceleration: Array, factor: Array | float) -> Array:
-    """factor sqrt(h/|a|) of each particle, (N,), from (N,) and (N, 3): Monaghan (1989, J. Comput. Phys. 82, 1)."""
-    return elementwise(xp, crossing, smoothing_length, acceleration, factor)[0]
-
-
-def energy_limit(xp: Any, fluid: Fluid, heating: Array, acceleration: Array, factor: Array | float) -> Array:
-    """(u + h|a|)/|du/dt| of particles that gain heat, u/|du/dt| of those that lose it, (N,), from (N,) and (N, 3).
-
-    h|a| is the specific energy at hand within a smoothing length: cold gas entering a shock may heat by it in a step.
-    """
-    return elementwise(xp, doubling, fluid.smoothing_length, acceleration, fluid.internal_energy, heating, factor)[0]
 
 
 def shortest(xp: Any, limits: Iterable[Array]) -> Array:
@@ -193,14 +184,25 @@ def size(xp, a):
 
 
 def crossing(xp, h, acceleration, factor):
-    """factor sqrt(h/|a|)."""
+    """factor sqrt(h/|a|): Monaghan (1989, J. Comput. Phys. 82, 1)."""
     return (factor * xp.sqrt(h / xp.maximum(size(xp, acceleration), NONE)),)
 
 
 def doubling(xp, h, acceleration, internal_energy, heating, factor):
-    """factor times the energy at hand over its rate."""
+    """factor (u + h|a|)/|du/dt| of a particle that gains heat, factor u/|du/dt| of one that loses it.
+
+    h|a| is the specific energy at hand within a smoothing length: cold gas entering a shock may heat by it in a step.
+    """
     content = internal_energy + xp.where(heating > 0.0, h * size(xp, acceleration), 0.0)
     rate = xp.abs(heating)
     limit = xp.where(rate > NONE, factor * content / xp.maximum(rate, NONE), xp.inf)
     # Cold solids have no energy to lose, or less than none by the error of their table: kicks keep their entropy.
     return (xp.where(content > 0.0, limit, xp.inf),)
+
+
+def crossing_and_doubling(xp, h, acceleration, factor, internal_energy, heating, energy_factor):
+    """Both of these."""
+    return (
+        *crossing(xp, h, acceleration, factor),
+        *doubling(xp, h, acceleration, internal_energy, heating, energy_factor),
+    )

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from astroinertia.build.assemble import prepare
+from astroinertia.engines.elementwise import elementwise
 from astroinertia.models.sph.limits import (
     DEPTH,
     GROUPS,
     contact_limit,
     contacts,
-    energy_limit,
+    doubling,
     limiting,
     timestep_limits,
     towards,
@@ -92,8 +93,7 @@ def test_matter_without_energy_does_not_limit_the_step(xp: Any) -> None:
     energy = xp.asarray([2.0, 2.0, -1e-5, 0.0, -1e-5])
     heating = xp.asarray([-0.5, 0.5, -1e-99, -0.5, 0.5])
     pull = xp.asarray(np.outer([0.0, 3.0, 3.0, 3.0, 3.0], [0.0, 0.6, 0.8]))
-    fluid: Any = SimpleNamespace(internal_energy=energy, smoothing_length=xp.asarray(np.full(5, 0.5)))
-    found = np.asarray(energy_limit(xp, fluid, heating, pull, 0.25))
+    found = np.asarray(elementwise(xp, doubling, xp.asarray(np.full(5, 0.5)), pull, energy, heating, 0.25)[0])
     assert np.allclose(found, [1.0, 0.25 * (2.0 + 1.5) / 0.5, np.inf, np.inf, 0.25 * (1.5 - 1e-5) / 0.5], rtol=1e-6)
 
 
