@@ -71,6 +71,27 @@ def test_two_sinks_go_round_each_other_as_kepler_says(timesteps: str, tmp_path: 
     assert np.abs(last["system_angular_momentum"] - first["system_angular_momentum"]).max() <= 1e-13 * turning
 
 
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_two_sinks_that_fall_onto_each_other_keep_their_energy_up_to_their_merger(
+    timesteps: str, tmp_path: Path
+) -> None:
+    """At 1/5 of where they began: what they gained is four times what they had, and is within the one that is left."""
+    sinks = "[effects.sinks]\nradius = 0.2\n"
+    for side in (1.0, -1.0):
+        sinks += f"[[sinks]]\nmass = 0.5\nposition = [{0.5 * side}, 0, 0]\nvelocity = [0, {0.025 * side}, 0]\n"
+    far = np.hstack([np.random.default_rng(1).normal(size=(20, 3)), np.zeros((20, 3))]) + [60.0, 0, 0, 0, 0, 0]
+    body = beside(tmp_path, far, sinks, f"numerics.timesteps={timesteps}", fluid=isothermal(0.01))
+    first = body.record(None)
+    while len(body.state.points["sinks"].mass) == 2 and body.time < 2.0:
+        body.advance(5.0)
+    last = body.record(first["potential_energy"])
+    energy = 0.5 * 0.25 * 0.05**2 - 0.25
+    assert first["sink_number"] - last["sink_number"] == 1.0
+    assert last["sink_inner_energy"] == pytest.approx(energy, rel=1e-3)
+    assert abs(last["integration_energy_error"]) <= 1e-4 * abs(energy)
+    assert last["sink_spin"][0, 2] == pytest.approx(0.25 * 0.05, rel=1e-9)
+
+
 def test_a_disc_about_a_star_keeps_turning_as_kepler_says(tmp_path: Path) -> None:
     """A cold disc at 1 to 2 about a star that moves goes along, and turns as fast to 1 % after a turn and a half."""
     random = np.random.default_rng(3)

@@ -1,6 +1,7 @@
 """What is beside the particles of a fluid: point masses, and what effects keep of the whole body from step to step.
 
-Kicks are by the fluid; between them point masses act on each other, kick, drift and kick.
+Kicks are by the fluid. Between them point masses act on each other, by a scheme of fourth order with short steps: what
+two of them gain as they fall together is far more than what they have, before they part again or become one.
 """
 
 from collections.abc import Sequence
@@ -10,10 +11,19 @@ from typing import Any
 import numpy as np
 
 from astroinertia.effects.effect import Effect
+from astroinertia.engines.elementwise import by_numpy
+from astroinertia.models.sph.limits import towards
 from astroinertia.models.sph.state import State
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
+# Shares of a step over which points drift and are kicked in turn, of fourth order (Omelyan, Mryglod & Folk 2002,
+# Comput. Phys. Commun. 146, 188, section 4.2).
+OUTER, INNER, KICK = 0.1786178958448091, -0.06626458266981849, -0.2123418310626054
+DRIFTS = (OUTER, INNER, 1.0 - 2.0 * (OUTER + INNER), INNER, OUTER)
+KICKS = (0.5 - KICK, KICK, KICK, 0.5 - KICK, 0.0)
+SUBSTEP = 0.1  # of the time scale of their orbit or pass: as two fall together their energy errs by 1e-5 of its parts
+MOST = 1e5  # substeps of a drift: points that fall into each other without softening take no more
 
 
 def opened(xp: Any, effects: Sequence[Effect], points: dict[str, Any] | None) -> dict[str, Any]:
@@ -42,10 +52,32 @@ def pushed(xp: Any, effects: Sequence[Effect], points: dict[str, Any], fluid: Fl
 
 
 def drifted(xp: Any, points: dict[str, Any], dt: Array, time: Array) -> dict[str, Any]:
-    """Points dt later, at `time`: between two kicks by the fluid they act on each other, kick, drift and kick."""
-    points = _by_each_other(xp, points, 0.5 * dt)
-    points = {kind: group.drifted(dt, time) for kind, group in points.items()}
-    return _by_each_other(xp, points, 0.5 * dt)
+    """Points dt later, at `time`: between two kicks by the fluid they act on each other, in steps of their own.
+
+    Programs that are traced have as many of these whatever the points do: one.
+    """
+    if sum(len(group.mass) for group in moving(points)) < 2:
+        return {kind: group.drifted(dt, time) for kind, group in points.items()}
+    if not by_numpy(xp):
+        return _substep(xp, points, dt, time)
+    left = float(dt)
+    while left > 0.0:
+        among = moving(points)
+        allowed = SUBSTEP * min(float(group.meeting_time(xp, among, 0.0)) for group in among)
+        span = towards(left, max(allowed, float(dt) / MOST))
+        left = 0.0 if span == left else left - span
+        points = _substep(xp, points, span, time - left)
+    return points
+
+
+def _substep(xp: Any, points: dict[str, Any], dt: Array, time: Array) -> dict[str, Any]:
+    gone = 0.0
+    for drift, kick in zip(DRIFTS, KICKS, strict=True):
+        gone += drift
+        points = {kind: group.drifted(drift * dt, time - (1.0 - gone) * dt) for kind, group in points.items()}
+        if kick:
+            points = _by_each_other(xp, points, kick * dt)
+    return points
 
 
 def _by_each_other(xp: Any, points: dict[str, Any], dt: Array) -> dict[str, Any]:
