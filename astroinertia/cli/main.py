@@ -433,8 +433,9 @@ def _finished(result: Path, folder: Path) -> int:
 
     attrs = dataset.open(result).attrs
     unclosed = bounds.message(attrs, "ledger")
+    early = f"the run is over before its end: {attrs['ended_early']}" if "ended_early" in attrs else ""
     bars = str(attrs.get("error_bars_comment", ""))
-    for message in (bounds.message(attrs, "resolution"), unclosed, bars, cli_calibrate.compared(attrs)):
+    for message in (early, bounds.message(attrs, "resolution"), unclosed, bars, cli_calibrate.compared(attrs)):
         if message:
             _say(message)
     _say(f"wrote {result}; look at it with: astroinertia show {shlex.quote(str(folder))}")

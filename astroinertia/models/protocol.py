@@ -122,6 +122,16 @@ class GivesUp(Protocol):
 
 
 @runtime_checkable
+class RunsOut(Protocol):
+    """What an evolution may offer besides: to be over before the end of its run."""
+
+    @property
+    def over(self) -> str:
+        """Why nothing is left to evolve, in words that a sentence may end with; empty while something is."""
+        ...
+
+
+@runtime_checkable
 class Rehearsed(Protocol):
     """What an evolution may offer besides: to have compiled whatever its run may come to, as `warm` asks for."""
 

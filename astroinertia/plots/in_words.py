@@ -85,6 +85,7 @@ def summary(dataset: xr.Dataset, columns: int = 0) -> str:
     dataset = as_drawn(dataset)
     with missing_named("a summary is made"):
         parts = [heading(dataset), *(table.text(columns) for table in tables(dataset))]
+    parts += [f"Over before its end: {early}." if (early := dataset.attrs.get("ended_early")) else ""]
     parts += [bounds.message(dataset.attrs, of) for of in ("resolution", "ledger")]
     return "\n\n".join(part for part in parts if part)
 

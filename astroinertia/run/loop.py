@@ -31,7 +31,7 @@ from astroinertia.engines import hosts
 from astroinertia.engines.double import in_double
 from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.models.protocol import Figures, GivenUp, GivesUp, Through
+from astroinertia.models.protocol import Figures, GivenUp, GivesUp, RunsOut, Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
@@ -273,6 +273,7 @@ class _Run:
             self.counters["measured"] = {
                 "measured_wall_time": taken, "measured_memory": machine.peak_memory(),
                 **(self.profile.attributes() if self.profile else {}),
+                **({"ended_early": why} if (why := self._over()) else {}),
             }  # fmt: skip
         self._checkpoint()
         if cause := self._agreed(self._asked()):  # in the last step
@@ -295,7 +296,12 @@ class _Run:
         return dataset.finish(self.archive, self.counters["measured"], completed)
 
     def _ended(self) -> bool:
-        return self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
+        there = self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
+        return there or bool(self._over())
+
+    def _over(self) -> str:
+        """Why the run ends before its end, where nothing is left to evolve; else empty."""
+        return self.body.over if isinstance(self.body, RunsOut) else ""
 
     def _cause(self) -> str | None:
         """What stops the run now, in any of its processes: all of them stop after the same step."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import astroinertia
+from astroinertia import plots
 from astroinertia.build.assemble import prepare
 from astroinertia.build.sph import resumed
 from astroinertia.cli.main import main
@@ -314,12 +315,46 @@ def test_what_sinks_cannot_do_is_refused_in_one_sentence(settings: list[str], mo
         prepared(CLOUD + more, *settings)
 
 
-def test_too_many_sinks_and_too_little_fluid_end_a_run_with_a_reason() -> None:
+def test_too_many_sinks_end_a_run_with_a_reason() -> None:
     text = NAME + TWO + PHYSICS + "[effects.sinks]\ndensity = 4.0\nradius = 0.35\nnumber = 1\n"
     with pytest.raises(NumericalError, match=r"raise .effects.sinks. number"):
         reached(prepared(text), 0.9)
-    with pytest.raises(NumericalError, match="accreted all but a few"):
-        reached(prepared(CLOUD, "body.particles=200"), 2.0)
+
+
+@pytest.mark.parametrize("timesteps", ["global", "individual"])
+def test_a_run_whose_gas_is_accreted_ends_with_a_result_that_says_so(timesteps: str, tmp_path: Path, capsys) -> None:
+    """A few particles stay, mass and angular momentum are all there, and to go on with the run leaves the same file."""
+    (tmp_path / "cloud.toml").write_text(CLOUD)
+    settings = ["body.particles=200", f"numerics.timesteps={timesteps}", "output.series_every=0.2"]
+    options = [option for setting in settings for option in ("--set", setting)]
+    assert main(["run", str(tmp_path / "cloud.toml"), "--output", str(tmp_path / "run"), *options]) == 0
+    assert "before its end: all but 8 particles of the gas have been accreted" in capsys.readouterr().out
+    file = next((tmp_path / "run").glob("*.nc"))
+    series = astroinertia.open(file)
+    assert 0.5 < float(series["time"][-1]) < 29.0
+    assert float(series["mass"][-1]) == pytest.approx(0.04, rel=1e-12)
+    whole = series["mass"] + series["sink_mass"].sum("sink")
+    np.testing.assert_allclose(whole, float(whole[0]), rtol=1e-12)
+    turning = series["system_angular_momentum"].values
+    assert np.abs(turning - turning[0]).max() <= 1e-13 * np.linalg.norm(turning[0])
+    np.testing.assert_array_less(series["ledger_closure"], 1e-13)
+    assert "Over before its end: all but 8 particles of the gas have been accreted." in plots.summary(series)
+    written = file.read_bytes()
+    assert main(["resume", str(tmp_path / "run")]) == 0
+    assert file.read_bytes() == written
+
+
+def test_what_is_accreted_last_is_what_is_farthest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 200 particles that all collapse at once, the eight that are farthest from the densest stay."""
+    body = prepared(CLOUD, "body.particles=200")
+    state = body.state
+    densest = int(np.argmax(state.rates.fluid.density))
+    order = np.concatenate([[densest], np.delete(np.arange(200), densest)])
+    monkeypatch.setattr(accretion, "_new_sink", lambda *_: order)
+    after, _ = accretion.step(body.problem, body.arrangement, state)
+    away = np.linalg.norm(state.position - state.position[densest], axis=1)
+    assert set(after.identity) == set(state.identity[np.argsort(away)[-8:]])
+    assert after.points["sinks"].mass.sum() + after.mass.sum() == pytest.approx(state.mass.sum(), rel=1e-13)
 
 
 def test_a_sink_accretes_what_is_bound_to_it_and_can_come_down() -> None:

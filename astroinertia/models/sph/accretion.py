@@ -20,6 +20,7 @@ from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.ledger.moments import after_heating, after_removal, removed, whole
 from astroinertia.models.sph.evaluate import evaluated
+from astroinertia.models.sph.evolution import FEWEST
 from astroinertia.models.sph.limits import total_acceleration
 from astroinertia.models.sph.points import with_others, without_others
 from astroinertia.models.sph.record import energy_budget
@@ -30,7 +31,6 @@ from astroinertia.sph.kernels import KERNELS
 
 Array = Any
 INNER = 0.1  # of the radius: what is this near is accreted, whatever its orbit (Bate et al. 1995: 0.01 to 0.1)
-FEWEST = 8  # particles that still are a fluid
 ROWS = 256  # of particles whose distances to all others are held at a time
 POINT = "mass", "position", "velocity", "spin"  # of a sink, in the order of sinks.merged
 
@@ -41,6 +41,8 @@ def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
     sinks = state.points["sinks"]
     groups = _accreted(state, sinks, effect)
     new = _new_sink(problem, state, sinks, effect)
+    if sum(map(len, groups.values())) + (0 if new is None else len(new)) > len(state.mass) - FEWEST:
+        groups, new = _all_but_a_few(state, sinks, groups, new)
     taken = np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
     grown = _grown(state, sinks, groups)
     if new is not None:
@@ -149,6 +151,22 @@ def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
     return {k: np.flatnonzero(best == k) for k in range(len(sinks.mass)) if (best == k).any()}
 
 
+def _all_but_a_few(
+    state: State, sinks: Sinks, groups: dict[int, Array], new: Array | None
+) -> tuple[dict[int, Array], Array | None]:
+    """The same without those that are farthest away, so that FEWEST particles stay."""
+    distance = np.full(len(state.mass), np.inf)
+    for k, chosen in groups.items():
+        distance[chosen] = np.linalg.norm(state.position[chosen] - sinks.position[k], axis=1)
+    if new is not None:
+        distance[new] = np.linalg.norm(state.position[new] - state.position[new[0]], axis=1)
+    stays = np.zeros(len(distance), bool)
+    stays[np.argsort(distance, kind="stable")[-FEWEST:]] = True
+    left = {k: chosen[~stays[chosen]] for k, chosen in groups.items() if not stays[chosen].all()}
+    new = None if new is None or stays[new].all() else new[~stays[new]]
+    return left, new
+
+
 def _new_sink(problem: Problem, state: State, sinks: Sinks, effect: Any) -> Array | None:
     """The particles that become a sink: those within the radius of a peak of density, the densest that collapses."""
     if effect.density is None:
@@ -205,8 +223,6 @@ def _with(sinks: Sinks, point: tuple[Array, ...], most: int, time: float) -> Sin
 def _without(problem: Problem, state: State, taken: Array) -> tuple[State, Any]:
     """The fluid without particles, its ledger with what it lost, and that."""
     count = len(state.mass)
-    if count - len(taken) < FEWEST:
-        raise NumericalError("sinks have accreted all but a few particles", effect="sinks", time=float(state.time))
     mass, position, velocity = state.mass[taken], state.position[taken], state.velocity[taken]
     lost = removed(whole(np, state.mass, state.position, state.velocity), mass, position, velocity)
     work = -0.5 * float(mass @ (velocity**2).sum(axis=1))

@@ -32,6 +32,7 @@ STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
+FEWEST = 8  # particles that still are a fluid
 
 IN_A_BOX: dict[str, str] = dict.fromkeys(
     ("virial_tensor", "virial_mismatch", "torque", "inertia_acceleration", "gw_strain_plus", "gw_strain_cross"),
@@ -85,6 +86,12 @@ class Particles:
     def steps(self) -> int:
         """Time steps since the start."""
         return int(self.state.step)
+
+    @property
+    def over(self) -> str:
+        """Why nothing is left to evolve (models.protocol.RunsOut)."""
+        few = self.between is not None and len(self.state.mass) <= FEWEST
+        return f"all but {len(self.state.mass)} particles of the gas have been accreted" if few else ""
 
     @property
     def longest(self) -> float:
