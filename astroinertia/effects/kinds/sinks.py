@@ -9,7 +9,7 @@ from astroinertia.effects import Characteristic, Effect, Entry, Found, Measure, 
 from astroinertia.effects.characteristic import tidal_parameter
 from astroinertia.effects.measure import tidal_change
 from astroinertia.effects.one_zone import difference
-from astroinertia.effects.passes import time_beside
+from astroinertia.effects.passes import falling_time, time_beside
 from astroinertia.gravity.point_masses import attraction, potential_energy, reaction, virial
 from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 
@@ -63,13 +63,14 @@ class Sinks(Effect):
         return virial(xp, fluid.mass, fluid.position, fluid.centre, *self.points(fluid))
 
     def timestep(self, xp, fluid):
-        """The time of each particle beside the sinks (effects.passes), or an orbit at their radius or of two sinks."""
+        """The time of each particle beside the sinks or in its fall (effects.passes), or an orbit at their radius."""
         sinks = fluid.points[self.kind]
         if not len(sinks.mass):
             return None
         fall = xp.sqrt(self.radius**3 / xp.max(sinks.mass))
         mass, place, softening = self.points(fluid)
-        times = xp.minimum(time_beside(xp, fluid, mass, place, sinks.velocity, softening), fall)
+        near = fluid, mass, place, sinks.velocity, softening
+        times = xp.minimum(xp.minimum(time_beside(xp, *near), falling_time(xp, *near)), fall)
         return xp.minimum(times, sinks.meeting_time(xp, fluid.point_masses, xp.min(fluid.sound_speed)))
 
     def recorded(self, state):

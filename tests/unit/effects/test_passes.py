@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import catalogue
-from astroinertia.effects.passes import time_beside
+from astroinertia.effects.passes import falling_time, time_beside
 from astroinertia.gravity.point_masses import UNNOTICED, PointMasses
 from astroinertia.models.sph import points as beside_the_fluid
 from tests.evolve import prepared, reached
@@ -31,6 +31,36 @@ def test_a_fast_pass_takes_the_distance_over_the_speed_and_a_slow_one_the_orbita
     assert beside([3.0, 4.0, 0.0], [0.0, 0.1, 0.0], mass=2.0) == pytest.approx(orbital, rel=1e-14)
     assert beside([3.0, 4.0, 0.0], [0.0, 0.0, 0.0], mass=2.0) == pytest.approx(orbital, rel=1e-14)
     assert beside([3.0, 4.0, 0.0], [0.0, 0.0, 0.0], mass=0.0) > 1e20
+
+
+@pytest.mark.parametrize(
+    ("times", "low", "high"), [((time_beside,), 0.08, 0.2), ((time_beside, falling_time), 0, 0.03)]
+)
+def test_what_falls_onto_a_point_hardly_gains_energy(times: tuple, low: float, high: float) -> None:
+    """From rest, to a fiftieth of the distance, where it is accreted: what is gained is gained for good."""
+    away, speed, reached_at = 1.0, 0.0, 0.02
+    while away > reached_at:
+        particle = SimpleNamespace(
+            position=np.array([[away, 0.0, 0.0]]), velocity=np.array([[speed, 0.0, 0.0]]), sound_speed=np.zeros(1)
+        )
+        points = np.ones(1), np.zeros((1, 3)), np.zeros((1, 3)), 0.0
+        dt = COURANT * min(float(time(np, particle, *points)[0]) for time in times)
+        speed -= 0.5 * dt / away**2
+        away += dt * speed
+        speed -= 0.5 * dt / away**2
+    gained = (0.5 * speed**2 - 1.0 / away + 1.0) * away
+    assert low <= gained <= high
+
+
+def test_what_flies_past_a_point_is_not_falling() -> None:
+    """Within twice the energy of escape it falls, towards the point and not away from it."""
+
+    def of(speed: float) -> float:
+        particle = SimpleNamespace(position=np.array([[2.0, 0.0, 0.0]]), velocity=np.array([[speed, 0.0, 0.0]]))
+        return float(falling_time(np, particle, np.ones(1), np.zeros((1, 3)), np.zeros((1, 3)), 0.0)[0])
+
+    assert of(-1.4) == pytest.approx(0.5 * 2.0 / 1.4)
+    assert of(-1.42) > 1e20 and of(0.5) > 1e20
 
 
 @pytest.mark.parametrize("mass", [1e-2, 1.0, 1e2])
