@@ -113,8 +113,8 @@ SHIPPED_MEMORY = {
     "splitting": 520000000.0,
     "adaptive": 690000000.0,
     "sph": 500000000.0,
-    "particle.mixed": 2200.0,
-    "particle.float64": 2200.0,
+    "particle.mixed": 1700.0,
+    "particle.float64": 1700.0,
 }
 
 

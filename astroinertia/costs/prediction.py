@@ -36,6 +36,7 @@ PREPARATION = ("start-up", "compiling", "orbits of companions", "placing", "solv
 # Of the start of a process: what one run more in it takes to begin and to finish its file (0.12 to 0.19 s of 2.7 to
 # 3.4, of companion runs of Dyson's ellipsoid in particles and of a top, and of pilots of tops).
 AGAIN = 0.05
+INDIVIDUAL = 1.8  # times as much memory a particle: what a base step begins with is kept, for it may be given up
 HEADER = 3.5e5  # bytes of the final file without any record, and of the manifest
 
 
@@ -129,10 +130,12 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     if share:
         parts["steps: sending"] = counts.evaluations * processes.sending(particles, by)
     parts |= {"records": written * one, "writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    memory = machine.memory["sph"] + particles * machine.memory[f"particle.{scene.precision}"]
+    held = machine.memory[f"particle.{scene.precision}"]
+    held *= INDIVIDUAL if scene.numerics.timesteps == "individual" else 1.0
     shortened, got = met.evaluations / own.evaluations, processes.received(particles, by) if share else 0.0
     return Prediction(
-        parts, counts.steps, counts.by, counts.done, memory, size, machine.calibrated, shortened, got, counts.first
+        parts, counts.steps, counts.by, counts.done, machine.memory["sph"] + particles * held, size, machine.calibrated,
+        shortened, got, counts.first,
     )  # fmt: skip
 
 

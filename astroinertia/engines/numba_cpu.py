@@ -26,6 +26,7 @@ from astroinertia.engines.numba_modules import (
 )
 from astroinertia.engines.numba_parts import GROUP
 from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, Needs, virial_effects
+from astroinertia.engines.numba_vectors import LANES
 from astroinertia.engines.pytree import with_fields
 from astroinertia.engines.terms import Density, PairTerm, field_named
 from astroinertia.engines.threads import available_threads, carry_out
@@ -76,7 +77,6 @@ class Arrangement:
     """Leaves of particles in arranged order; nodes [first, last) of their tree; all particles as targets.
 
     volume: the compactness that the leaves started with. lists: neighbours at some positions (see `Engine.listed`).
-    scratch: memory that passes, which follow one another, use again.
     """
 
     leaves: tree.Leaves
@@ -84,7 +84,6 @@ class Arrangement:
     last: np.ndarray
     everyone: Targets
     volume: float
-    scratch: dict[str, np.ndarray]
     lists: Lists | None = None
 
 
@@ -143,7 +142,7 @@ class Engine:
 
         indices: ascending. Leaves are of the usual size, and never called stale.
         """
-        return with_fields(_of_balanced_leaves(len(indices)), scratch={})
+        return _of_balanced_leaves(len(indices))
 
     def stale(self, arrangement: Arrangement, position: Any, smoothing_length: Any) -> bool:
         """Whether the leaves have loosened so much that sorting particles again pays."""
@@ -155,16 +154,19 @@ class Engine:
     ) -> Arrangement:
         """The arrangement with the lists of neighbours that all passes at these positions then share.
 
-        smoothing_length: (N,) as it is known so far. A pass that is given another array of positions, targets that are
-        not listed or lengths grown by more than LISTED makes lists for itself. Whoever changes the positions within
-        their array must list again before they have moved by as much as the lengths were handed in too large.
-        Programs of few particles need none.
+        smoothing_length: (N,) as it is known so far; where it has become known better, lists that hold still stay. A
+        pass that is given another array of positions, targets that are not listed or lengths grown by more than LISTED
+        makes lists for itself. Whoever changes the positions within their array must list again before they have moved
+        by as much as the lengths were handed in too large. Programs of few particles need none.
         """
-        self.together.rebalance()
+        if arrangement.lists is None:
+            self.together.rebalance()
         if self._few(len(position)):
             return arrangement
         mine, _ = self._part(arrangement, _targets(arrangement, targets))
-        lists = self._lists(arrangement, mine, kernel, _array(position), LISTED * _array(smoothing_length))
+        where = arrangement, mine, kernel, _array(position)
+        length = _array(smoothing_length)
+        lists = self._holding(*where, length) or self._lists(*where, LISTED * length)
         return with_fields(arrangement, lists=lists)
 
     def near(self, arrangement: Arrangement, kernel: str, position: Any, reach: Any, members: Any) -> np.ndarray:
@@ -211,7 +213,8 @@ class Engine:
             sources = rows_of((*AXES, "mass"), sources_of(position, mass, guess), KERNELS[kernel].support)
             given = sources, mine.indices, mine.begin, mine.leaves, guess
         else:
-            lists = self._held_lists(arrangement, mine, kernel, position, guess, LISTED)
+            where = arrangement, mine, kernel, position
+            lists = self._holding(*where, guess, LISTED) or self._lists(*where, LISTED * guess)
             nodes = lists.nodes
             sides = nodes.rows[3:6, 1] - nodes.rows[:3, 1]
             given = (
@@ -224,7 +227,8 @@ class Engine:
         results = np.empty((4, len(mine.indices)))
         carry_out(function, self._workers_for(mine), *given, np.array(options, dtype=np.float64), results)
         length, density, grad_h, *zeta = map(part.whole, results if softening else results[:3])
-        return Density(length, density, grad_h, zeta[0] if softening else None)
+        # The length outlasts the others, which it would hold all together.
+        return Density(length.copy(), density, grad_h, zeta[0] if softening else None)
 
     def neighbour_sums(
         self,
@@ -269,10 +273,11 @@ class Engine:
             given = tables_of(needs, sources_of(position, mass, smoothing_length, needs.arrays, named), support)
             carry_out(sums, workers, *given, mine.indices, mine.begin, mine.leaves, *arrays)
         else:
-            lists = self._held_lists(arrangement, mine, kernel, position, smoothing_length, 1.0)
+            where = arrangement, mine, kernel, position
+            lists = self._holding(*where, smoothing_length) or self._lists(*where, smoothing_length)
             inputs = (position, smoothing_length, mass, support, *named)
             packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
-            table = _table(arrangement, len(mass) if packed else 0, needs.width)
+            table = np.empty((len(mass) if packed else 0, needs.width))
             if packed:
                 carry_out(module.pack, workers, *inputs, table)
             carry_out(
@@ -336,19 +341,19 @@ class Engine:
             return chosen, part
         return _chosen(arrangement, chosen.indices[first:last], np.clip(chosen.begin - first, 0, last - first)), part
 
-    def _held_lists(
-        self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, h: np.ndarray, margin: float
-    ) -> Lists:
-        """The arrangement's lists if they hold for all of this, else others, for lengths up to margin h."""
-        held, support = arrangement.lists, float(KERNELS[kernel].support)
-        if held is not None and held.position is position and held.support == support:
-            every = held.targets is arrangement.everyone  # whose lists serve any targets
-            same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
-            # A density asks for the reach of its targets alone, other sums for that of all particles.
-            some = slice(None) if margin == 1.0 or chosen is arrangement.everyone else chosen.indices
-            if same and bool(np.all(margin * h[some] <= held.length[some])):
-                return held
-        return self._lists(arrangement, chosen, kernel, position, margin * h)
+    def _holding(
+        self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, h: np.ndarray,
+        margin: float = 1.0,
+    ) -> Lists | None:  # fmt: skip
+        """The arrangement's lists if they hold for all of this, for lengths up to margin h."""
+        held = arrangement.lists
+        if held is None or held.position is not position or held.support != float(KERNELS[kernel].support):
+            return None
+        every = held.targets is arrangement.everyone  # whose lists serve any targets
+        same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
+        # A density asks for the reach of its targets alone, other sums for that of all particles.
+        some = slice(None) if margin == 1.0 or chosen is arrangement.everyone else chosen.indices
+        return held if same and bool(np.all(margin * h[some] <= held.length[some])) else None
 
     def _lists(
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, length: np.ndarray
@@ -370,6 +375,7 @@ class Engine:
                 chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
             )  # fmt: skip
             if used[0] <= room:
+                pool.resize(used[0] + LANES, refcheck=False)  # passes read on by up to a vector
                 return Lists(position, length, support, nodes, chosen, offset, count, pool)
             room = int(used[0])
 
@@ -389,20 +395,13 @@ def _arrangement(leaves: tree.Leaves, volume: float) -> Arrangement:
         first[1 << level : 2 << level], last[1 << level : 2 << level] = edges[:-1], edges[1:]
     groups = np.arange(max(leaves.count // GROUP, 1))
     everyone = Targets(np.arange(leaves.start[-1]), leaves.start, groups, np.arange(leaves.count))
-    return Arrangement(leaves, first, last, everyone, volume, {})
+    return Arrangement(leaves, first, last, everyone, volume)
 
 
 @lru_cache(maxsize=8)
 def _of_balanced_leaves(count: int) -> Arrangement:
     # Nested sets of the same sizes follow each other.
     return _arrangement(tree.balanced_leaves(count, LEAF_SIZE), np.inf)
-
-
-def _table(arrangement: Arrangement, rows: int, width: int) -> np.ndarray:
-    held = arrangement.scratch.get("table")
-    if held is None or held.size < rows * width:
-        held = arrangement.scratch["table"] = np.empty(rows * width)
-    return held[: rows * width].reshape(rows, width)
 
 
 def _targets(arrangement: Arrangement, targets: Any) -> Targets:

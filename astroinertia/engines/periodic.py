@@ -127,8 +127,7 @@ class Engine:
         self, arrangement: Arrangement, kernel: str, position: Any, smoothing_length: Any, targets: Any = None
     ) -> Arrangement:
         """The arrangement with the images and lists of neighbours that all passes at these positions then share."""
-        images = self._covering(arrangement.images, position, smoothing_length)
-        points = self._points(images, position)
+        images, points = self._seen(arrangement, position, smoothing_length)
         chosen, _ = images.targets(targets)
         pairs = self.inner.listed(images.pairs, kernel, points, np.asarray(smoothing_length)[images.source], chosen)
         return Arrangement(replace(images, pairs=pairs), position, points)

@@ -8,6 +8,7 @@ is the larger of those found, rounded up. As in `astroinertia run`, freed memory
 """
 
 import argparse
+import itertools
 import multiprocessing
 from pathlib import Path
 
@@ -26,36 +27,37 @@ def resident(kind: str) -> int:
     return 1024 * int(line.split()[1])
 
 
-def measured(case: tuple[int, str]) -> tuple[int, str, float, float, float]:
-    """Number and precision, and bytes a particle: held between steps, at most in a step, at most in a record."""
-    particles, precision = case
+def measured(particles: int, precision: str, steps: str) -> tuple[float, float, float]:
+    """Bytes a particle: held between steps, at most in a step, at most in a record."""
     keep_freed_memory()
-    small = cloud(FEW, precision)
+    setting = f'numerics.timesteps="{steps}"'
+    small = cloud(FEW, precision, setting)
     small.advance(small.end)
     small.record(None)
     del small
     begin = resident("VmRSS")
-    run = cloud(particles, precision)
+    run = cloud(particles, precision, setting)
     found = []
     for act in (lambda: [run.advance(run.end) for _ in range(3)], lambda: run.record(None)):
         CLEAR.write_text("5")  # forget the peak
         act()
         found.append((resident("VmHWM") - begin) / particles)
-    return particles, precision, (resident("VmRSS") - begin) / particles, *found
+    return (resident("VmRSS") - begin) / particles, *found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--particles", type=int, nargs="+", default=[100_000])
     parser.add_argument("--precision", nargs="+", default=["mixed", "float64"])
+    parser.add_argument("--steps", nargs="+", default=["global", "individual"])
     parser.add_argument("--keep", action="store_true", help="write the table to tests/benchmarks/results")
     chosen = parser.parse_args()
     rows = []
-    for case in [(count, precision) for count in chosen.particles for precision in chosen.precision]:
+    for case in itertools.product(chosen.particles, chosen.precision, chosen.steps):
         with multiprocessing.get_context("spawn").Pool(1) as process:
-            count, precision, held, step, record = process.apply(measured, (case,))
-        rows.append([count, precision, f"{held:.0f}", f"{step:.0f}", f"{record:.0f}", f"{1e7 * step / 1e9:.1f}"])
-    head = ["particles", "precision", "held", "in a step", "in a record", "GB in a step with 1e7"]
+            held, step, record = process.apply(measured, case)
+        rows.append([*case, f"{held:.0f}", f"{step:.0f}", f"{record:.0f}", f"{1e7 * step / 1e9:.1f}"])
+    head = ["particles", "precision", "steps", "held", "in a step", "in a record", "GB in a step with 1e7"]
     text = f"# Bytes a particle, Evrard's cloud\n\n{machine()}\n\n{rows_of(head, rows)}"
     publish("memory", text, chosen.keep)
 

@@ -240,7 +240,12 @@ def _predict(block: BlockStep, clock: Clock) -> None:
 
 def list_neighbours(block: BlockStep, active: Array) -> None:
     """Have the passes to come, with those targets, share what they must know of neighbours."""
-    block.pairs = evaluate.listed(block.problem, block.arrangement.pairs, block.state, block.chosen(active))
+    _list(block, block.arrangement.pairs, active)
+
+
+def _list(block: BlockStep, pairs: Any, active: Array) -> None:
+    position, length = block.state.position, block.state.smoothing_length
+    block.pairs = evaluate.listed(block.problem, pairs, position, length, block.chosen(active))
 
 
 def matter(block: BlockStep, active: Array) -> Any:
@@ -268,6 +273,7 @@ def find_densities(block: BlockStep, active: Array) -> None:
     values |= {name: array for name in SOLVED if (array := getattr(solved, name)) is not None}
     for name, array in values.items():
         block.put(name, active, array)
+    _list(block, block.pairs, active)  # as in evaluate.evaluated
 
 
 def fluid_of(block: BlockStep, active: Array | None = None) -> Fluid:

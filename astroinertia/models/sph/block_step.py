@@ -88,7 +88,7 @@ def step(
     beyond = 0 if _act_with_base(problem) else rung_costs.BEYOND
     # Nor do several rungs pay with limits that are agreed on, which are closer together.
     if rung is not None or intervals.rungs_that_pay(limits, beyond, min(remaining, longest), agreed=False):
-        lists = evaluate.listed(problem, arrangement.pairs, state)
+        lists = evaluate.listed(problem, arrangement.pairs, state.position, state.smoothing_length)
         moving = state.position, state.rates.fluid.velocity, state.smoothing_length
         apart = _contacts(problem, *moving, min(remaining, longest, float(np.max(limits))))
         limits = agreed_limits(problem, lists, state, np.minimum(limits, apart))
@@ -97,26 +97,22 @@ def step(
         else:
             base = towards(remaining, longest)
         if rung.any():  # type: ignore[union-attr]
-            return _split(problem, arrangement, lists, state, base, limits, apart, rung, to_give_up)
+            block = opened(problem, arrangement, state, base, limits)
+            block.to_give_up = to_give_up
+            block.pairs, block.more["contact"], block.looked = lists, apart, block.time
+            del lists  # the block has others soon
+            return _split(block, state, rung)
     dt = towards(remaining, min(float(state.rates.timestep), longest))
     taken = Taken(np.array([len(limits)]), len(limits), 1)
     return global_steps.step(problem, arrangement, state, np.float64(dt)), arrangement, taken
 
 
-def _split(
-    problem: Problem, arrangement: Arrangement, lists: Any, state: State, base: float, limits: Array, apart: Array,
-    rung: Array, to_give_up: Callable[[], bool],
-) -> tuple[State, Arrangement, Taken]:  # fmt: skip
-    """A base step of that length with these rungs (N,), limits (N,) and those of them by what is on its way (N,).
-
-    lists: the engine's arrangement with lists of neighbours.
-    """
-    block = opened(problem, arrangement, state, base, limits)
-    block.to_give_up = to_give_up
-    block.pairs, block.more["contact"], block.looked = lists, apart, block.time
+def _split(block: BlockStep, state: State, rung: Array) -> tuple[State, Arrangement, Taken]:
+    """A base step with these rungs (N,), from the state that it begins with."""
     everyone = np.arange(block.count)
     fluid = with_fields(parts.fluid_of(block), gradients=state.rates.fluid.gradients)
     _kick(block, everyone, fluid, rung, opening=state)
+    del fluid  # whose gradients nothing asks for any more
     block.more["predicted"] = state.velocity  # all there is, is of one time
     _carry_on(block, 0)
     rates = _close(block)

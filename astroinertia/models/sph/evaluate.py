@@ -36,8 +36,10 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     """The state with densities, smoothing lengths, memories and rates for its positions; dt is the step under way."""
     xp, before = problem.engine.xp, state.rates.fluid
     eos, first = problem.matter(state.material), before is None
-    arrangement = with_fields(arrangement, pairs=listed(problem, arrangement.pairs, state))
-    solved = densities(problem, arrangement.pairs, state)
+    pairs = listed(problem, arrangement.pairs, state.position, state.smoothing_length)
+    solved = densities(problem, pairs, state)
+    # A few lengths may have grown by more than the lists have room for: the passes to come then share longer ones.
+    pairs = listed(problem, pairs, state.position, solved.smoothing_length)
     velocity, entropy = (state.velocity, state.entropy) if first else predicted(xp, state, dt / 2)
     *thermal, entropy_per_heat = eos.state(xp, solved.density, entropy)
     pressure, sound_speed, internal_energy, thermal_energy = thermal
@@ -64,9 +66,14 @@ def evaluated(problem: Problem, arrangement: Arrangement, state: State, dt: Arra
     )
     if first:
         fluid = with_first_memories(problem, fluid)
-    fluid = with_fields(fluid, gradients=gradients(problem, arrangement.pairs, fluid))
+    fluid = with_fields(fluid, gradients=gradients(problem, pairs, fluid))
     fluid = with_memories(problem, fluid, dt)
-    fluid = with_fields(fluid, sums=pair_sums(problem, arrangement, fluid, {} if first else before.sums))
+    fields = pair_fields(problem, fluid)
+    sums = near_sums(problem, pairs, fields)
+    del pairs  # expansions take as much memory as lists of neighbours, and what neighbours alone ask for
+    fields = fields if problem.terms("all_pair_terms") else {}
+    add_sums(sums, distant_sums(problem, arrangement, fluid, {} if first else before.sums, False, fields))
+    fluid = with_fields(fluid, sums=sums)
     fluid = with_memories_of_sums(problem, fluid)
     own = [effect.acceleration(xp, fluid) for effect in problem.effects]
     rates = rates_of(problem, fluid, own, entropy_per_heat)
@@ -94,12 +101,13 @@ def turned(problem: Problem, arrangement: Arrangement, state: State, time: Array
     return evaluated(problem, arrangement, with_fields(state, time=xp.asarray(time, dtype=float)), xp.zeros(()))
 
 
-def listed(problem: Problem, pairs: Any, state: State, targets: Array | None = None) -> Any:
-    """The engine's arrangement with what the passes of one evaluation share, where an engine has them share it."""
+def listed(problem: Problem, pairs: Any, position: Array, length: Array, targets: Array | None = None) -> Any:
+    """The engine's arrangement with what the passes of one evaluation share, where an engine has them share it.
+
+    length: smoothing lengths (N,) as far as they are known.
+    """
     engine = problem.engine
-    if not hasattr(engine, "listed"):
-        return pairs
-    return engine.listed(pairs, problem.kernel, state.position, state.smoothing_length, targets)
+    return engine.listed(pairs, problem.kernel, position, length, targets) if hasattr(engine, "listed") else pairs
 
 
 @compiled
@@ -176,23 +184,18 @@ def with_memories_of_sums(problem: Problem, fluid: Fluid) -> Fluid:
     return fluid
 
 
-def pair_sums(problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool = False) -> Sums:
-    """Sums over pairs of every effect, {effect: {output: array}}; with `virial` also each one's V_e, (3, 3).
-
-    before: those of the evaluation before, {} on the first.
-    """
-    engine, fields = problem.engine, pair_fields(problem, fluid)
-    sums: Sums = {}
-    if terms := problem.terms("neighbour_terms"):
-        add_sums(sums, engine.neighbour_sums(arrangement.pairs, problem.kernel, terms, fields, virial=virial))
-    add_sums(sums, distant_sums(problem, arrangement, fluid, before, virial, fields))
-    return sums
+def near_sums(problem: Problem, pairs: Any, fields: dict[str, Array], virial: bool = False) -> Sums:
+    """Sums over neighbours of every effect, {effect: {output: array}}; with `virial` also their part of V_e, (3, 3)."""
+    return problem.engine.neighbour_sums(pairs, problem.kernel, problem.terms("neighbour_terms"), fields, virial=virial)
 
 
 def distant_sums(
     problem: Problem, arrangement: Arrangement, fluid: Fluid, before: Sums, virial: bool, fields: dict[str, Array]
 ) -> Sums:
-    """The part of `pair_sums` that is not over neighbours: over all pairs, and what effects sum for themselves."""
+    """Sums that are not over neighbours: over all pairs, and what effects sum for themselves, as `near_sums` has them.
+
+    before: those of the evaluation before, {} on the first; fields: what the terms of all pairs ask for by name.
+    """
     engine = problem.engine
     sums: Sums = {}
     if terms := problem.terms("all_pair_terms"):
@@ -295,7 +298,9 @@ def virial_tensors(problem: Problem, arrangement: Arrangement, fluid: Fluid) -> 
     xp = problem.engine.xp
     if not problem.engine.bounded:
         return {effect.kind: xp.full((3, 3), xp.nan) for effect in problem.effects}
-    sums = pair_sums(problem, arrangement, fluid, fluid.sums, virial=True)
+    fields = pair_fields(problem, fluid)
+    sums = near_sums(problem, arrangement.pairs, fields, virial=True)
+    add_sums(sums, distant_sums(problem, arrangement, fluid, fluid.sums, True, fields))
     tensors = {}
     for effect in problem.effects:
         own = effect.virial(xp, fluid)

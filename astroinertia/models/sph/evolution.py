@@ -21,8 +21,8 @@ from astroinertia.models.sph.record import (
     timestep_limit,
     works_from_outside,
 )
-from astroinertia.models.sph.sorting import rearranged, stale
-from astroinertia.models.sph.state import Problem, State
+from astroinertia.models.sph.sorting import in_order, places_of, rearranged, stale
+from astroinertia.models.sph.state import Problem, State, without_gradients
 from astroinertia.models.sph.step import step
 from astroinertia.observables.quantities import TIMESTEP_CRITERIA
 
@@ -111,7 +111,9 @@ class Particles:
         It meets times at which effects begin or end, too. GivenUp where a base step was given up half-way.
         """
         longest = self.longest
-        unsorted: Any = None if self.base_step is None else (self.state, self.arrangement)  # memory that others save
+        if self.base_step is None:  # individual steps begin with a kick by the gradients that there are
+            self.state = without_gradients(self.state)
+        unsorted = self.state.identity, self.arrangement
         to_give_up = self.to_give_up if self.resumable else never
         stop, problem = self.stretch(until)
         dt = self.begin(stop, longest)
@@ -122,7 +124,8 @@ class Particles:
                         problem, self.arrangement, self.state, stop, longest, to_give_up
                     )
                 except GivenUp:
-                    self.state, self.arrangement = unsorted  # what is saved is sorted when it is gone on with
+                    identity, self.arrangement = unsorted  # what is saved is sorted when it is gone on with
+                    self.state = in_order(self.state, places_of(identity, self.state.identity))
                     raise
                 except NumericalError as error:
                     raise self._too_short(error.message) from None

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy as np
+
 from astroinertia.engines.elementwise import elementwise
 from astroinertia.engines.pytree import mapped
 from astroinertia.models.sph.kick_drift import moved, predicted
@@ -34,6 +36,12 @@ def in_order(state: State, order: Array) -> State:
 
     particles, others = without_others(state)
     return with_others(mapped(sort, particles), others)
+
+
+def places_of(identity: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Where each of those identities (N,) stands among the same ones in another order (N,)."""
+    order = np.argsort(among)
+    return order[np.searchsorted(among, identity, sorter=order)]
 
 
 def arranged(problem: Problem, pairs: Any, state: State) -> Arrangement:

@@ -1,6 +1,6 @@
 """What a particle run carries from step to step, and the physics and numerics that it has all along."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from astroinertia.effects.effect import Effect
@@ -122,6 +122,11 @@ class State:
     def members(self, active: Array | None = None) -> dict[str, Array]:
         """1 for the members of each region and 0 for the others, of all particles or of some, (n,)."""
         return {name: rows(self.memory[member_key(name)], active) for name in self.regions}
+
+
+def without_gradients(state: State) -> State:
+    """The state without the sums of the pass before the forces: a quarter of it, which nothing but records asks for."""
+    return replace(state, rates=replace(state.rates, fluid=replace(state.rates.fluid, gradients={})))
 
 
 def member_key(name: str) -> str:

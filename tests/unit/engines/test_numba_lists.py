@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from astroinertia.engines import numba_cpu
 from astroinertia.engines.numba_cpu import Engine
+from astroinertia.engines.numba_vectors import LANES
 from astroinertia.engines.terms import Output, PairTerm
 
 KERNEL, SUPPORT, COUNT = "wendland_c2", 2.0, 6000
@@ -60,6 +62,27 @@ def test_lists_hold_what_a_leaf_needs_and_little_else(escaping, scale):
         assert np.all(np.isin(np.flatnonzero(near), found))
         held, needed = held + len(found), needed + near.sum()
     assert scale != 1.0 or held < 1.01 * needed
+
+
+@pytest.mark.parametrize("size", [numba_cpu.LEAF_SIZE, 1], ids=["guessed", "counted"])
+def test_lists_take_the_memory_of_what_they_hold_and_of_a_vector_that_passes_read_on(escaping, monkeypatch, size):
+    """Also where room was guessed too small, and counted then: they read beyond its end."""
+    arrangement, position, length = escaping
+    monkeypatch.setattr(numba_cpu, "LEAF_SIZE", size)
+    lists = Engine().listed(arrangement, KERNEL, position, length).lists
+    assert lists is not None
+    assert len(lists.pool) == lists.count.sum() + LANES
+
+
+def test_lists_stay_as_long_as_lengths_are_within_them(escaping):
+    arrangement, position, length = escaping
+    listed = Engine().listed(arrangement, KERNEL, position, length)
+    assert Engine().listed(listed, KERNEL, position, 0.999 * numba_cpu.LISTED * length).lists is listed.lists
+    longer = length.copy()
+    longer[7] *= 1.001 * numba_cpu.LISTED
+    again = Engine().listed(listed, KERNEL, position, longer)
+    assert again.lists is not None and again.lists is not listed.lists
+    assert np.array_equal(again.lists.length, numba_cpu.LISTED * longer)
 
 
 def test_sums_count_every_pair_within_the_longer_of_two_reaches(escaping):

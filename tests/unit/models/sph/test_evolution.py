@@ -10,9 +10,14 @@ import numpy as np
 import pytest
 
 from astroinertia.effects import Effect, catalogue, pytree
+from astroinertia.effects.gradients import VELOCITY_GRADIENT
+from astroinertia.engines.terms import COMMON
+from astroinertia.models.checkpoint import flattened
+from astroinertia.models.protocol import GivenUp
 from astroinertia.models.sph import block_step
 from astroinertia.models.sph.evolution import Particles
 from tests.ball import ball, state_of
+from tests.pairs import BruteEngine
 
 END = 0.4
 
@@ -112,3 +117,60 @@ def test_unsorted_particles_take_no_memory_while_forces_are_evaluated() -> None:
     assert body.resumable
     body.advance(END)
     assert effect.noted == [False]
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class Gradients(Watch):
+    """The same, with a pass before the forces."""
+
+    gradient_terms: ClassVar[tuple] = (VELOCITY_GRADIENT,)
+
+
+def test_the_gradients_of_one_step_take_no_memory_in_the_next() -> None:
+    """They were a quarter of what is held between steps; records have them until then."""
+    effect = Gradients(-math.inf, math.inf, [], [])
+    position = ball(60)
+    problem, state, arrangement = state_of(effect, position=position, velocity=np.zeros_like(position))
+    problem = replace(problem, max_timestep=np.float64(0.01))
+    state = replace(state, rates=replace(state.rates, timestep=problem.max_timestep))
+    body = Particles(problem, state, arrangement, END)
+    del state
+    body.advance(END)
+    assert not body.resumable  # no sort comes, which would leave them behind anyway
+    effect.watched.append(weakref.ref(body.state.rates.fluid.gradients[COMMON]["velocity"]))
+    body.advance(END)
+    assert effect.noted == [False]
+
+
+class Turning(BruteEngine):
+    """Sorts particles the other way round."""
+
+    def arrange(self, position, smoothing_length):
+        return np.arange(len(position))[::-1], None
+
+
+def test_a_base_step_that_is_given_up_leaves_particles_as_they_were_and_keeps_none_of_them_twice() -> None:
+    position = ball(60)
+    effect = Push(-math.inf, math.inf)
+    problem, state, arrangement = state_of(effect, position=position, velocity=position, engine=Turning())
+    before, kept = flattened(state), weakref.ref(state.rates.fluid.velocity)
+    before = {name: array.copy() for name, array in before.items()}
+    identity, held = [], []
+
+    def given_up(problem: Any, arrangement: Any, state: Any, *_: Any) -> Any:
+        identity.append(state.identity)
+        held.append(kept() is not None)
+        raise GivenUp
+
+    body = Particles(problem, state, arrangement, END, given_up)
+    del state
+    with pytest.raises(GivenUp):
+        body.advance(END)
+    assert np.array_equal(identity[0], before[".identity"][::-1])
+    assert held == [False]
+    assert body.arrangement is arrangement
+    after = body.arrays()
+    assert before.keys() == after.keys()
+    for name, array in before.items():
+        assert np.array_equal(array, after[name]), name
