@@ -24,9 +24,10 @@ def require_orthogonal(matrix: Any, within: float = 0.0, may_mirror: bool = True
     rows = np.asarray(matrix)  # JAX would trace what is computed here of a constant inside a jit
     rows = rows.astype(np.result_type(rows, np.float32), copy=False)
     within = max(within, _ROUNDINGS * float(np.finfo(rows.dtype).eps))
+    if rows.shape[-2:] != (3, 3):
+        raise ValueError(f"a rotation matrix must be orthogonal, and this one is not: it is a matrix {rows.shape}")
     with np.errstate(over="ignore", invalid="ignore"):
-        square = rows.shape[-2:] == (3, 3)
-        orthogonal = square and (abs(np.swapaxes(rows, -1, -2) @ rows - np.eye(3)) < within).all()
+        orthogonal = (abs(np.swapaxes(rows, -1, -2) @ rows - np.eye(3)) < within).all()
     if not orthogonal:
         raise ValueError("a rotation matrix must be orthogonal, and this one is not")
     if not may_mirror and (np.linalg.det(rows) < 0).any():

@@ -137,7 +137,7 @@ def test_overrides_reach_members_and_the_sweep_itself():
         ("", "needs a parameter"),
         ('"body.mas" = ["1 Msun"]', "[body] mas is not a known key; did you mean 'mass'? (member-0000"),
         ('"body.mass" = ["1 Msun", "3 km"]', "'3 km' is not a mass; write for example \"1.4 Msun\" (member-0001: b"),
-        ('model = ["scaling", "sph"]', "models sph and ellipsoid need (member-0001"),
+        ('model = ["scaling", "sph"]', 'sph and ellipsoid need; for a perfect gas, it has kind = "ideal" (member-0001'),
         ("sampels = 3", "did you mean 'samples'"),
         ('bodi.mass = ["1 Msun"]', "is not a known key; did you mean 'bodies'"),
         ('name = ["a", "b"]', "line 4: [sweep] name cannot vary"),
