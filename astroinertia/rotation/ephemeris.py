@@ -7,6 +7,7 @@ bend fast; eight more points in each of them measure the error.
 """
 
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -310,7 +311,13 @@ def _alike(bodies: Any, span: float, until: float, allowed: float, level: int) -
         now, worst, parts = bodies.copy(), 0.0, []
         while len(parts) * length < until:
             now.t = 0.0  # of the segment: late times are too coarse for the points
-            coefficients, error = _fitted(*states.states(now, length * _SHARES), 0.5 * length)
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error", RuntimeWarning)  # REBOUND's, of steps longer than an orbit
+                    met = states.states(now, length * _SHARES)
+            except RuntimeWarning as warning:
+                raise NumericalError(f"WHFast does not follow these orbits: {warning} So take ias15") from None
+            coefficients, error = _fitted(*met, 0.5 * length)
             if not error <= allowed:
                 break
             parts.append((len(parts), level + halvings, coefficients))
