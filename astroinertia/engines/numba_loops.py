@@ -42,10 +42,6 @@ longer = larger_of(field_closing_i, field_closing_j)
 longer = where(longer < real(1e30), longer, real(0)) + larger_of(field_opening_i, field_opening_j)
 pair_time = where((field_opening_i < real(0)) | (field_opening_j < real(0)), real(0), longer)
 """
-# What is within reach, of a buffer of which nothing else counts.
-BY_DISTANCE = """
-vectors = near_indices(all_x, all_y, all_z, all_reach2, x_i, y_i, z_i, reach2_i, count, index, index)
-"""
 LISTED = """
 for k in range(vectors, padded(vectors)):
     index[k] = count
@@ -89,9 +85,8 @@ def leaf_loop(
 ) -> list[str]:
     """The loop over the targets of one node and the sources in its buffer, which adds to the results.
 
-    mode: "near", pairs within reach by the terms' pair functions and the others by their far functions; "within", pairs
-    within reach alone; "all", all pairs by their pair functions; "far", all by their far functions, with targets in a
-    buffer of their own.
+    mode: "near", pairs within reach by the terms' pair functions and the others by their far functions; "all", all
+    pairs by their pair functions; "far", all by their far functions, with targets in a buffer of their own.
     """
     kinds = output_kinds(terms)
     target = "targets" if mode == "far" else "buffer"
@@ -108,13 +103,12 @@ def leaf_loop(
     lines += [f"        {row}_i = {target}[{needs.rows.index(row)}, s]" for row in used]
     lines += [f"        {line}" for line in _powers(needs, "i")]
     lines += [f"        {name} = real(0)" for name in _accumulators(kinds, terms, virial)]
-    if mode in ("near", "within"):
-        lines += _indented(2, {"near": BY_KEY, "within": BY_DISTANCE}[mode] + LISTED)
+    if mode == "near":
+        lines += _indented(2, BY_KEY + LISTED)
         lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, "listed", virial)]
-    if mode != "within":
-        form = {"near": "rest", "all": "all", "far": "far"}[mode]
-        lines += [f"        for j in range({'count' if form == 'rest' else 'padded(count)'}):"]
-        lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, form, virial)]
+    form = {"near": "rest", "all": "all", "far": "far"}[mode]
+    lines += [f"        for j in range({'count' if form == 'rest' else 'padded(count)'}):"]
+    lines += [f"            {line}" for line in _pair_lines(sources, terms, needs, form, virial)]
     lines += [f"        {line}" for line in _stores(kinds, "+=")]
     if virial:
         lines += _virial_lines(terms)

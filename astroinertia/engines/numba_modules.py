@@ -62,13 +62,6 @@ def all_pairs_functions(
     return needs, far_needs, [sources.text(), "", "", *loader("load_sources", needs, precision, needs.arrays), *loops]
 
 
-def within_functions(kernel: str, terms: Sequence[PairTerm], leaf: str) -> list[str]:
-    """The lines of the loop over a leaf, of that name, of a sum over those within reach alone."""
-    needs, sources = _neighbour_needs(kernel, terms, False), Sources()
-    loop = leaf_loop(leaf, sources, terms, needs, "within", False)
-    return [sources.text(), "", "", *loop]
-
-
 @functools.lru_cache(maxsize=128)
 def neighbour_pass(
     kernel: str, terms: tuple[PairTerm, ...], precision: str, virial: bool, impulses: bool = False

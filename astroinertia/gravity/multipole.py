@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.engines.numba_cache import load_module
-from astroinertia.engines.numba_modules import within_functions
+from astroinertia.engines.numba_modules import neighbour_functions
 from astroinertia.engines.numba_passes import header
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
@@ -58,11 +58,12 @@ def _module(p: int, precision: str) -> ModuleType:
 
 @functools.lru_cache(maxsize=32)
 def _softening(kernel: str, precision: str) -> ModuleType:
+    needs, functions = neighbour_functions(kernel, (SOFTENED_LESS_POINT,), precision, "softened_leaf")
     text = [
         *header(precision),
-        template("gravity/compaction.py"),
-        f"SUPPORT = {float(KERNELS[kernel].support)}",
-        *within_functions(kernel, (SOFTENED_LESS_POINT,), "softened_leaf"),
+        f"SUPPORT, WIDTH, SPREAD = {float(KERNELS[kernel].support)}, {needs.width}, {needs.spread}",
+        f"REACHES = {needs.reaches}",
+        *functions,
         template("gravity/softening.py"),
     ]
     return load_module(f"softening_{kernel}", "\n".join(text))
@@ -229,13 +230,13 @@ class _Particles:
         group = np.union1d(nodes.first[small & ~small[nodes.parent]], nodes.first[nodes.task])
         groups = np.append(np.searchsorted(first, group), len(first))
         tasks = np.append(np.searchsorted(group, nodes.first[nodes.task]), len(group))
-        length, boxes = np.zeros(count + 64), np.empty((8, len(first) + 64))
+        length, table, boxes = np.zeros(count + 64), np.empty((count, module.WIDTH)), np.empty((8, len(first) + 64))
         share_out(
-            module.fit_boxes, self.threads, nodes.order, self.smoothing_length, self.scale, columns, every, start,
-            groups, tasks, length, boxes,
+            module.fit_boxes, self.threads, nodes.order, self.smoothing_length, self.scale, columns, mass, every, start,
+            groups, tasks, length, table, boxes,
         )  # fmt: skip
         share_out(
-            module.soften, self.threads, columns, length, mass, boxes, every, start, groups,
+            module.soften, self.threads, columns, length, table, boxes, every, start, groups,
             tasks[part.first : part.last + 1], nodes.order, *self.units, acceleration, potential,
         )  # fmt: skip
 

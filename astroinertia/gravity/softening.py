@@ -9,47 +9,41 @@ import numpy as np
 from numba import njit
 
 from astroinertia.engines.numba_float64 import RELATIVE, real
-from astroinertia.engines.numba_modules import within_functions
+from astroinertia.engines.numba_modules import neighbour_functions
 from astroinertia.engines.numba_parts import (
     MANY,
     box_centre,
     columns_for,
     extent,
-    fill_row,
     load_balls,
     target_box,
     touched,
     whole_lines,
     with_columns,
 )
-from astroinertia.engines.numba_tables import vector_copy, vector_fill
-from astroinertia.engines.numba_vectors import (
-    ENTRY,
-    LANES,
-    PART,
-    SLACK,
-    in_reach,
-    larger_of,
-    padded,
-    take,
-    widest_vectors,
-)
+from astroinertia.engines.numba_tables import row_copier, row_spreader
+from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, in_reach, padded, take
 from astroinertia.engines.templates import executed
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
-from astroinertia.gravity.compaction import compacted
 
-FUNCTIONS = executed(within_functions("wendland_c2", (SOFTENED_LESS_POINT,), "softened_leaf"))
-SUPPORT, softened_leaf = 2.0, FUNCTIONS.softened_leaf
+NEEDS, LINES = neighbour_functions("wendland_c2", (SOFTENED_LESS_POINT,), "float64", "softened_leaf")
+SUPPORT, WIDTH, SPREAD, REACHES = 2.0, NEEDS.width, NEEDS.spread, NEEDS.reaches
+FUNCTIONS = executed(LINES)
+pack_row, set_origin, softened_leaf = FUNCTIONS.pack_row, FUNCTIONS.set_origin, FUNCTIONS.softened_leaf
 
 # Copied into generated modules from here on.
+copy_rows = row_copier(WIDTH)
+spread_places = row_spreader(4, 0)
+spread_reaches = row_spreader(4, REACHES)
 
 
 @njit(**ENTRY)
-def fit_boxes(counter, order, smoothing_length, scale, columns, every, start, groups, tasks, h, boxes):
-    """Of each task's particles: smoothing lengths in the tree's order; of its leaves: corners, largest h, numbers.
+def fit_boxes(counter, order, smoothing_length, scale, columns, m, every, start, groups, tasks, h, table, boxes):
+    """Of each task's particles, in the tree's order: smoothing lengths and rows of the table that sources are taken
+    from; of its leaves: corners, largest h, numbers.
 
-    columns (3, N): places in that order; every: 0 to N - 1; start (leaves + 1,), groups, tasks: first particles of
-    leaves, first leaves of groups, first groups of tasks; boxes (8, leaves).
+    columns (3, N), m (N,): places and masses in that order; every: 0 to N - 1; start (leaves + 1,), groups, tasks:
+    first particles of leaves, first leaves of groups, first groups of tasks; boxes (8, leaves).
     """
     position, box = columns.T, np.empty((2, 3))
     while True:
@@ -59,6 +53,7 @@ def fit_boxes(counter, order, smoothing_length, scale, columns, every, start, gr
         for leaf in range(groups[tasks[task]], groups[tasks[task + 1]]):
             for k in range(start[leaf], start[leaf + 1]):
                 h[k] = smoothing_length[order[k]] * scale
+                pack_row(k, k, position, h, m, SUPPORT, table)
             boxes[6, leaf] = target_box(position, h, every, start[leaf], start[leaf + 1], box)
             boxes[7, leaf] = leaf
             for a in range(3):
@@ -90,23 +85,15 @@ def nearer(first, last, one_by_one, columns, h, every, boxes, count, box, centre
 
 
 @njit(**PART)
-def copied_run(first, last, columns, h, m, centre, rows, count):
-    """Particles first to last - 1 about a centre; whole vectors: what is too much is overwritten by what comes next."""
-    x, y, z = columns[0], columns[1], columns[2]
-    for k in range(0, last - first, LANES):
-        vector_copy(x, first + k, centre[0], rows[0], count + k)
-        vector_copy(y, first + k, centre[1], rows[1], count + k)
-        vector_copy(z, first + k, centre[2], rows[2], count + k)
-        vector_copy(m, first + k, real(0), rows[3], count + k)
-        vector_copy(h, first + k, 0.0, rows[4], count + k)
-    return count + last - first
+def sources_of(leaf, near, numbers, start, columns, h, box, reach, listed):
+    """The particles of a leaf, then those of the others near it that are within the larger of two reaches of its box.
 
-
-@njit(**PART)
-def copied_leaves(leaf, near, numbers, start, columns, h, m, centre, rows):
-    """The particles of a leaf, then those of the others that are near it, neighbours among them in one run."""
-    total = copied_run(start[leaf], start[leaf + 1], columns, h, m, centre, rows, 0)
-    k = 0
+    Neighbours among the leaves are looked through in one run. Returns how many are listed.
+    """
+    x, y, z, count, k = columns[0], columns[1], columns[2], 0, 0
+    for own in range(start[leaf], start[leaf + 1]):
+        listed[count] = own
+        count += 1
     while k < near:
         begin = np.int64(numbers[k])
         end = begin + 1
@@ -115,62 +102,24 @@ def copied_leaves(leaf, near, numbers, start, columns, h, m, centre, rows):
             end += 1
             k += 1
         if begin != leaf:
-            total = copied_run(start[begin], start[end], columns, h, m, centre, rows, total)
-    return total
-
-
-@njit(fastmath={"contract"}, **PART)
-def beyond_reach(rows, count, half_x, half_y, half_z, reach, key):
-    """Squared distances from a box about the centre, less the squares of the larger of two reaches."""
-    widest_vectors()
-    x, y, z, h = rows[0], rows[1], rows[2], rows[4]
-    zero, support, slack = real(0), real(SUPPORT), real(SLACK)
-    for k in range(padded(count)):
-        dx = larger_of(zero, abs(x[k]) - half_x)
-        dy = larger_of(zero, abs(y[k]) - half_y)
-        dz = larger_of(zero, abs(z[k]) - half_z)
-        most = larger_of(reach, support * h[k])
-        key[k] = dx * dx + (dy * dy + dz * dz) - most * most * slack
-
-
-@njit(**PART)
-def compacted_sources(rows, key, total, sources):
-    """Sources within reach as `softened_leaf` has them: x, y, z, mass, squared reaches, 1/h, h; how many they are.
-
-    A massless copy of the last one stands at the loose end.
-    """
-    widest_vectors()
-    count = compacted(rows[0], key, total, sources[0], 0)
-    compacted(rows[1], key, total, sources[1], 0)
-    compacted(rows[2], key, total, sources[2], 0)
-    compacted(rows[3], key, total, sources[3], 0)
-    compacted(rows[4], key, total, sources[6], 0)
-    fill_row(sources[0], count)
-    fill_row(sources[1], count)
-    fill_row(sources[2], count)
-    fill_row(sources[6], count)
-    vector_fill(sources[3], count, real(0))
-    reach2, inverse_h, h = sources[4], sources[5], sources[6]
-    for k in range(padded(count + 1)):
-        reach = real(SUPPORT) * h[k]
-        reach2[k], inverse_h[k] = reach * reach, real(1) / h[k]
+            count = in_reach(x, y, z, x, y, z, h, start[begin], start[end], box, SUPPORT, reach, listed, count)
     return count
 
 
 @njit(**ENTRY)
-def soften(counter, columns, h, m, boxes, every, start, groups, tasks, order, force_unit, potential_unit, acceleration,
-           potential):  # fmt: skip
+def soften(counter, columns, h, table, boxes, every, start, groups, tasks, order, force_unit, potential_unit,
+           acceleration, potential):  # fmt: skip
     """Add what softening changes to accelerations (N, 3) and potentials (N,), in their own order and units."""
     leaves, like = len(start) - 1, np.empty(0, real)
     listed, balls = np.empty(leaves + LANES, np.int64), whole_lines(4, columns_for(64), np.empty(0, np.float32))
     of_task, of_group = np.empty((8, leaves + LANES)), np.empty((8, leaves + LANES))
-    of_leaf, box, centre = np.empty((8, leaves + LANES)), np.empty((2, 3)), np.empty(3)
+    of_leaf, box, centre, zero = np.empty((8, leaves + LANES)), np.empty((2, 3)), np.empty(3), np.zeros(WIDTH)
     most = 0
     for leaf in range(leaves):
         most = max(most, start[leaf + 1] - start[leaf])
-    slots, pull, well, room = np.arange(most), np.empty((most, 3)), np.empty(most), columns_for(1024)
-    rows, sources = whole_lines(5, room, like), whole_lines(7, room, like)
-    key, index = np.empty(room, real), np.empty(room, np.int32 if RELATIVE else np.int64)
+    pull, well, room = np.empty((most, 3)), np.empty(most), columns_for(1024)
+    sources, rows, search = whole_lines(room, WIDTH, like), whole_lines(SPREAD, room, like), whole_lines(8, room, like)
+    near, own, index = np.empty(room, np.int64), np.arange(room), np.empty(room, np.int32 if RELATIVE else np.int64)
     while True:
         task = take(counter)
         if task >= len(tasks) - 1:
@@ -186,26 +135,27 @@ def soften(counter, columns, h, m, boxes, every, start, groups, tasks, order, fo
             )
             for leaf in range(groups[group], groups[group + 1]):
                 first, last = start[leaf], start[leaf + 1]
-                near, reach, balls = nearer(
+                near_leaf, reach, balls = nearer(
                     first, last, True, columns, h, every, of_group, near_group, box, centre, balls, listed, of_leaf
                 )
                 total = last - first
-                for k in range(near):
+                for k in range(near_leaf):
                     other = np.int64(of_leaf[7, k])
                     total += start[other + 1] - start[other]
                 if total + 3 * LANES > room:
                     room = columns_for(total)
-                    rows, sources = whole_lines(5, room, like), whole_lines(7, room, like)
-                    key, index = np.empty(room, real), np.empty(room, index.dtype)
-                total = copied_leaves(leaf, near, of_leaf[7], start, columns, h, m, centre, rows)
-                beyond_reach(
-                    rows, total, real(box[1, 0] - centre[0]), real(box[1, 1] - centre[1]), real(box[1, 2] - centre[2]),
-                    real(reach), key
-                )  # fmt: skip
-                count = compacted_sources(rows, key, total, sources)
-                for k in range(last - first):
-                    pull[k, 0] = pull[k, 1] = pull[k, 2] = well[k] = 0.0
-                softened_leaf(leaf, 0, last - first, slots, count, sources, sources, key, index, pull, well)
+                    sources, rows = whole_lines(room, WIDTH, like), whole_lines(SPREAD, room, like)
+                    search, near, own = whole_lines(8, room, like), np.empty(room, np.int64), np.arange(room)
+                    index = np.empty(room, index.dtype)
+                count = sources_of(leaf, near_leaf, of_leaf[7], start, columns, h, box, reach, near)
+                set_origin(centre, table, first, zero)
+                copy_rows(table, near, count, zero, sources)
+                for k in range(WIDTH):  # a massless copy of the last source stands at the loose end
+                    sources[count, k] = sources[count - 1, k]
+                sources[count, 3] = 0
+                spread_places(sources, own, padded(count), search)
+                spread_reaches(sources, own, padded(count), search[4:])
+                softened_leaf(leaf, 0, last - first, own, count, sources, rows, search, index, pull, well)
                 for k in range(last - first):
                     i = order[first + k]
                     for a in range(3):
