@@ -98,7 +98,7 @@ def error_bars(main: xr.Dataset, companions: Sequence[CompanionOutcome]) -> dict
 
 
 def at_end(dataset: xr.Dataset, observable: SelectedObservable) -> float:
-    """The bar of an observable at the end over its size, to be held against observables.relative_error.
+    """The bar of an observable at the end over its size, to be held against selected_observables.relative_error.
 
     SceneError where there is none: for frequencies of a series, and for what is no headline series.
 

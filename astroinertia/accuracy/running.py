@@ -44,7 +44,7 @@ def run_scene(
 ) -> Path:
     """Run a scene in a new run folder, with its companion runs where it asks for error bars; returns the netCDF file.
 
-    callback, profile: of the run itself, not of its companions. Otherwise as run.run_scene; SceneError, too, for a
+    callback, profile: of the run itself, not of its companions. Otherwise as run.loop.run_scene; SceneError, too, for a
     scene that cannot have error bars.
 
     >>> import tempfile
@@ -84,7 +84,7 @@ def resume(
 
     effects: those of the user's own that it was given from Python, or their classes, and its equation of state; a
     finished run needs none. callback, every: as for run.callback.callback_of; companion runs call none. settings:
-    with which it goes on, also where it is finished (run.resume).
+    with which it goes on, also where it is finished (run.loop.resume).
 
     >>> print(resume(Path("runs/star")).name)  # finished: it has nothing to do
     one_star_three_models.nc

@@ -1,4 +1,4 @@
-"""What an interpreter finds that has made nothing but what a scene calls for: run by `audit.audited`.
+"""What an interpreter finds that has made nothing but what a scene calls for: run by `audit.absence.audited`.
 
 Reads {"scene": TOML text, "origin": folder, "overrides": [...], "leave_out": kind or null, "steps": number} from its
 input and writes what it found as JSON.

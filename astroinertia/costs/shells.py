@@ -216,7 +216,7 @@ def signals(moment: Moment, reach: np.ndarray, viscosity: Mapping[str, Any] | No
 
 
 def steepening(moment: Moment, reach: np.ndarray) -> np.ndarray:
-    """What viscosity's switch answers to, (K,): -reach^2 d(div v)/dt over c^2 (effects.viscosity)."""
+    """What viscosity's switch answers to, (K,): -reach^2 d(div v)/dt over c^2 (effects.kinds.viscosity)."""
     edge, speed = moment.radius, moment.speed
     of_push = 4.0 * math.pi * _differences(edge**2 * moment.acceleration) / _volumes(edge)
     along, across = _differences(speed) / _differences(edge), speed / edge

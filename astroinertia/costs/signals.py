@@ -1,4 +1,4 @@
-"""The signals between particles that limit their steps, as effects.pressure and effects.viscosity have them."""
+"""The signals between particles that limit their steps, as the effects pressure and viscosity have them."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -68,7 +68,7 @@ class RegionLedger:
         self, xp: Any, weight: Array, position: Array, before: Array, after: Array,
         increments: Sequence[Array | None], dt: Array | float = 1.0, complete: bool = True,
     ) -> "RegionLedger":  # fmt: skip
-        """The ledger after a kick, as ledger.after_kick; weight (n,) is the mass of members, and zero of the others."""
+        """The ledger after a kick, as moments.after_kick; weight (n,) is the mass of members, zero of the others."""
         mass, centre, velocity = self.whole
         safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, velocity)  # an empty region has nothing that is kicked
         ledger = after_kick(xp, self.ledger, weight, position, before, after, increments, dt, safe, complete)
@@ -78,7 +78,7 @@ class RegionLedger:
     def rounded(
         self, xp: Any, weight: Array, before: Array, after: Array, velocity: Array, dt: Array
     ) -> "RegionLedger":
-        """The ledger, drifted by dt, with what rounding did to places, as ledger.after_rounding; weight as above."""
+        """The ledger, drifted by dt, with what rounding did to places, as moments.after_rounding; weight as above."""
         mass, centre, pace = self.whole
         safe = Whole(xp.where(mass > 0.0, mass, 1.0), centre, pace)
         return replace(self, ledger=after_rounding(xp, self.ledger, weight, before, after, velocity, dt, safe))

@@ -146,7 +146,7 @@ def run_prepared(
     completed: Completion | None = None, deadline: float = math.inf, callback: Callback | None = None,
     profile: "Profile | None" = None,
 ) -> Path:  # fmt: skip
-    """The same for a scene at time 0 that is prepared and described (build.metadata); under jax.enable_x64."""
+    """The same for a scene at time 0 that is prepared and described (build.assemble.metadata); under jax.enable_x64."""
     description = {**described, **model_description(prepared.evolution)}
     with hosts.first_then_others(
         lambda: Archive.create(folder, description), lambda: Unwritten(folder, description)

@@ -81,7 +81,7 @@ def relaxed_polytrope(
     rest is known carry it as the attribute `exact_at_rest`. order: of the errors of density and gravity in the
     smoothing length, "second" or "fourth", which has a fifth of the errors of a body at rest, but is stiff against
     shear: what is to ring or to be drawn out by a tide is settled with second. Other options go to
-    sph.relaxation.relax, which raises NumericalError where no equilibrium is reached.
+    models.sph.relaxation.relax, which raises NumericalError where no equilibrium is reached.
     """
     star, profile = Polytrope(index), profiles.polytrope(index)
     problem = polytrope_problem(index, particles, kernel, precision, order, neighbours)

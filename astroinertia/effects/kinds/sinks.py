@@ -21,11 +21,11 @@ IN_THE_MIDDLE = 2.5  # |W| of a uniform sphere and as much mass in its middle, o
 class Sinks(Effect):
     """a = -sum over sinks of M d/(d^2 + s^2)^(3/2); they feel the same, and move in the same kicks and drifts.
 
-    Between steps (sph.accretion) particles above the density become sinks where what is within the radius is bound
-    and converges, and sinks accrete what comes within the radius and cannot escape, or keep its distance (Bate, Bonnell
-    & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. Two sinks within the radius
-    of each other that are bound become the older one (Bleuler & Teyssier 2014, MNRAS 445, 4015). number: of sinks that
-    there ever are, at most, with those of the scene's [[sinks]].
+    Between steps (models.sph.accretion) particles above the density become sinks where what is within the radius is
+    bound and converges, and sinks accrete what comes within the radius and cannot escape, or keep its distance (Bate,
+    Bonnell & Price 1995, MNRAS 277, 362). What the fluid loses so is in the effect's rows as well. Two sinks within the
+    radius of each other that are bound become the older one (Bleuler & Teyssier 2014, MNRAS 445, 4015). number: of
+    sinks that there ever are, at most, with those of the scene's [[sinks]].
     Checked by tests/physics/test_sinks.py.
     """
 
