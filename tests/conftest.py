@@ -93,6 +93,15 @@ def _resident_size():
 
 
 @pytest.fixture
+def float64():
+    """JAX computes in 64 bits."""
+    import jax  # only here: most tests do without
+
+    with jax.enable_x64(True):
+        yield
+
+
+@pytest.fixture
 def steps_differ(monkeypatch):
     """Few particles have steps of their own where many would (tests/few_with_steps.py)."""
     for name, value in few_with_steps.CHOICE.items():

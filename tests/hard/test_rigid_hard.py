@@ -11,6 +11,8 @@ from astroinertia.rotation import free_attitude, free_top
 from astroinertia.rotation.attitude import quaternion, rotation
 from tests.rigid import BEST, attitude, both, effect, momentum, spin, under_way
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 # Where each has a program of its own to compile: the adaptive one in the full tests.
 each = pytest.mark.parametrize(
     "settings", [BEST["splitting"], pytest.param(BEST["adaptive"], marks=pytest.mark.full)], ids=BEST
@@ -32,12 +34,6 @@ BODIES = {
     "huge": ([1e40, 2e40, 2.5e40], [3e-9, 2e-9, 4e-9]),
     "tiny": ([1e-40, 2e-40, 2.5e-40], [3e9, 2e9, 4e9]),
 }
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def pushed(moments, turning, torque, settings, **struck):

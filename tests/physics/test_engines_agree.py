@@ -19,6 +19,8 @@ from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from tests import pairs
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 COUNT, KERNEL, ETA = 900, "wendland_c2", 1.3
 CONTRAST = 1e4
 SINGLE = float(np.finfo(np.float32).eps)
@@ -26,12 +28,6 @@ SINGLE = float(np.finfo(np.float32).eps)
 FEWER = ("gravity", "pressure", "viscosity", "damping", "tide")
 ALL = ("gravity", "pressure", "viscosity", "conduction", "damping", "tide")
 PASSES = (("gradient_terms", False), ("neighbour_terms", False), ("all_pair_terms", True))
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 @pytest.fixture(params=[FEWER, pytest.param(ALL, marks=pytest.mark.full)], ids=["fewer", "with conduction"])

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 
@@ -13,17 +12,13 @@ from astroinertia.rotation import free_attitude, free_top, heavy_top
 from astroinertia.rotation.attitude import quaternion
 from tests.rigid import BEST, attitude, both, effect, momentum, spin, under_way
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 TOPS = [
     entry for entry in json.loads((Path(__file__).parent.parent / "reference" / "free_top.json").read_text())
     if entry["name"] == "asymmetric_top"
 ]  # fmt: skip
 PERIODS = 100.0
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def numbers(entry):

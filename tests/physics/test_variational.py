@@ -21,6 +21,8 @@ from astroinertia.models.sph.state import Problem
 from astroinertia.sph.kernels import KERNELS
 from tests.pairs import BruteEngine
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 COUNT = 90
 OPTIONS = {
     "gravity": {},
@@ -33,12 +35,6 @@ EQUATIONS_OF_STATE = {
     "isothermal": gases.Isothermal(0.7),
     "hybrid": cold_matter.Hybrid(nuclear_density=0.5, gamma_1=1.325, gamma_2=2.5, gamma_thermal=1.5, constant=0.3),
 }
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 def problem(kernel, equation_of_state, kinds):

@@ -7,11 +7,7 @@ import pytest
 
 from astroinertia.engines import adaptive
 
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.usefixtures("float64")
 
 
 def oscillator(time, state, stiffness):

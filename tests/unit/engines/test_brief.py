@@ -7,6 +7,8 @@ import pytest
 
 from astroinertia.engines.brief import EMITTERS, brief, served
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 OF_A_NUMBER = {
     "value": lambda function: function(2.0),
     "within jit": lambda function: jax.jit(lambda x: 3.0 * function(x))(2.0),
@@ -19,12 +21,6 @@ OF_A_NUMBER = {
     "second derivative in a batch": lambda function: jax.vmap(jax.jit(jax.hessian(function)))(jnp.arange(1.0, 4.0)),
     "within scan": lambda function: jax.lax.scan(lambda x, _: (function(x), function(0.5)), 2.0, length=3),
 }
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 def looped(x):

@@ -12,6 +12,8 @@ from astroinertia.engines.xla import Engine
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 from tests import pairs
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 COUNT = 220
 SINGLE = float(np.finfo(np.float32).eps)
 
@@ -33,12 +35,6 @@ FLOW = PairTerm(
     ),
 )
 NEIGHBOURS = (FLOW, SOFTENING)
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 def clustered(count, seed=3):

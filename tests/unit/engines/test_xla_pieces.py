@@ -14,13 +14,9 @@ from astroinertia.engines.xla_pieces import in_pieces
 from astroinertia.models.sph.step import step
 from tests.ball import ball, state_of
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 OFFSETS = np.arange(3.0)
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 @partial(jax.jit, static_argnames="power")

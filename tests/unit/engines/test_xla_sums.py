@@ -8,11 +8,7 @@ import pytest
 
 from astroinertia.engines.xla_sums import sums
 
-
-@pytest.fixture(autouse=True)
-def in_double_precision():
-    with jax.enable_x64(True):
-        yield
+pytestmark = pytest.mark.usefixtures("float64")
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 99, 1_000_003])

@@ -7,14 +7,10 @@ import pytest
 from astroinertia.gravity import expansions_xla as expansions
 from astroinertia.gravity.expansions import harmonic
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 POINT, AROUND = np.array([0.1, -0.2, 0.15]), np.array([-0.1, 0.15, 0.2])  # of a source and a target, about centres
 BETWEEN = np.array([0.6, -0.8, 1.1])  # of the target's centre from the source's
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 def harmonics(order, point):

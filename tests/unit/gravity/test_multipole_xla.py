@@ -9,14 +9,10 @@ from astroinertia.gravity import full_leaves, lists_xla, multipole_xla
 from astroinertia.gravity.clamped_points import SOFTENED_LESS_POINT
 from astroinertia.gravity.direct import DIRECT_GRAVITY
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 KERNEL = "wendland_c2"
 ORDER = 3
-
-
-@pytest.fixture(autouse=True)
-def _x64():
-    with jax.enable_x64(True):
-        yield
 
 
 def halo(count, seed=5):

@@ -6,13 +6,9 @@ import pytest
 
 from astroinertia.inertia.prescribed import change
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 TIMES, FACTORS = [1.0, 2.0, 2.5, 6.0], [1.0, 0.2, 0.2, 3.0]
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def test_it_meets_its_points_and_stays_between_them():

@@ -8,14 +8,10 @@ import pytest
 
 from astroinertia.models.rigid import body as rigid
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 M = np.array([0.3, -0.5, 1.7])
 ELASTIC = rigid.body(2.0, [1.0, 2.0, 2.5], spin=0.6, deformability=0.4)
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def spin(m, moments=ELASTIC.moments, deformability=ELASTIC.deformability):

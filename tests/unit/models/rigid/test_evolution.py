@@ -1,6 +1,5 @@
 """Torques on a rigid body, by both integrators: against closed forms, and the energy that each has done."""
 
-import jax
 import numpy as np
 import pytest
 from scipy.special import ellipk
@@ -9,7 +8,7 @@ from astroinertia.inertia.prescribed import change
 from tests.rigid import ADAPTIVE, SPLITTING, attitude, effect, momentum, spin, under_way
 
 # Each combination of effects is compiled: some tests list an effect that does nothing, and share another's program.
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("float64")]
 
 # Each is compiled for each torque; that they agree where all torques act: tests/physics/test_rigid_motion.py.
 both = pytest.mark.parametrize(
@@ -17,12 +16,6 @@ both = pytest.mark.parametrize(
 )
 TOP, SPIN = [1.0, 2.0, 3.0], [0.5, 0.2, 1.0]
 NEVER = 1000.0  # a time after the end of every run
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def accounted(run):

@@ -15,16 +15,10 @@ from astroinertia.models.rigid.passage import AT_ONCE
 from tests.rigid import ADAPTIVE, BEST, SPLITTING, effect, under_way
 from tests.sims import SIMS
 
-pytestmark = pytest.mark.slow  # each combination of effects is compiled
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("float64")]  # slow: each combination of effects is compiled
 
 TOP, SPIN = [1.0, 2.0, 3.0], [0.5, 0.2, 1.0]
 TIMES = 0.3 * np.arange(1, 31)
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def settling(settings):

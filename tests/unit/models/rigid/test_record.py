@@ -1,6 +1,5 @@
 """The record of a rigid body: its moments, and the ledger that the row of rigidity closes."""
 
-import jax
 import numpy as np
 import pytest
 
@@ -9,7 +8,7 @@ from astroinertia.models.rigid.record import dissipates
 from astroinertia.observables.quantities import RECORDED
 from tests.rigid import ADAPTIVE, effect, under_way
 
-pytestmark = pytest.mark.slow  # each combination of effects is compiled
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("float64")]  # slow: each combination of effects is compiled
 TOP, SPIN = np.array([1.0, 2.0, 2.5]), [0.5, 0.7, 1.0]
 TILTED = (0.8, 0.1, -0.5, 0.3)
 
@@ -27,12 +26,6 @@ BODIES = {
         {"deformability": 0.02, "spin": 1.0},
     ),
 }
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,9 @@ from astroinertia.models.rigid import splitting
 from astroinertia.models.rigid.splitting import Kick, advance, in_body, in_space, rotor, turning_rates
 from astroinertia.rotation import free_top
 
+pytestmark = pytest.mark.usefixtures("float64")
+
 MOMENTS, SPIN = np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.2, 1.0])
-
-
-@pytest.fixture(autouse=True)
-def _float64():
-    with jax.enable_x64(True):
-        yield
 
 
 def start(moments=MOMENTS, spin=SPIN, sums=()):
