@@ -132,7 +132,7 @@ def _oscillating(random: np.random.Generator):
         f"body.axes={_numbers(axes / np.prod(axes) ** (1 / 3))}",
         f"body.rotation={{ rate = {random.uniform(0.1, 0.5):.4g}, axis = [0, 0, 1] }}",
         f"time.end={random.uniform(5.0, 30.0):.4g}",
-    )  # fmt: skip
+    )
 
 
 FAMILIES: dict[str, tuple[int, Callable, tuple[float, ...]]] = {

@@ -158,7 +158,7 @@ def _rotation(scene: Scene, units: CodeUnits) -> relaxation.Rotation | None:
 
 def _settled_sphere(
     scene: Scene, units: CodeUnits, initial: Sphere, problem: Problem, mass: np.ndarray, unit_sphere: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray]:
     body: Any = scene.body
     star = Polytrope(body.index, initial.mass, initial.radius)
     gamma = max(star.gamma, _STABLE_GAMMA)

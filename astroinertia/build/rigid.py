@@ -217,7 +217,7 @@ def _rate(scene: Scene, units: CodeUnits) -> float:
 
 def _wobbling(
     scene: Scene, moments: np.ndarray, axes: np.ndarray, rows: np.ndarray, along: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray]:
     """The body's rows turned so that L is along an axis and wobbles as the scene says, and the direction of omega.
 
     moments (3,) and axes (3, 3), one a row, are the principal ones in the scene's axes of the body.

@@ -79,7 +79,7 @@ def length(scene: Scene, whole: float, density: np.ndarray) -> np.ndarray:
 
 def _allowed(
     scene: Scene, effects: Sequence[Any], given: Fields | None, whole: float, matter: Matter
-) -> dict[str, np.ndarray]:  # fmt: skip
+) -> dict[str, np.ndarray]:
     """The longest step (K,) of each part of a body of that mass, by its criteria."""
     numerics, of_length = scene.numerics, length(scene, whole, matter.density)
     acceleration, of_fields = matter.acceleration, {}

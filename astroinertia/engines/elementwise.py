@@ -257,7 +257,7 @@ def _each(function: Callable, kinds: tuple) -> tuple[Callable, list[tuple[int, .
 @functools.lru_cache(maxsize=512)
 def _sums(
     function: Callable, kinds: tuple, more: tuple, cases: int
-) -> tuple[Callable, list[tuple[int, ...]], list[int]]:  # fmt: skip
+) -> tuple[Callable, list[tuple[int, ...]], list[int]]:
     # The loop, the shape of each sum, and between which columns it is, with the end of the last one.
     shapes = _shapes(function, kinds + more)
     names, mine = [f"a{k}" for k in range(len(kinds))], [f"e{k}" for k in range(len(more))]

@@ -182,7 +182,7 @@ def _moments(
 
 def _polar_and_difference(
     size: float, j2: Any, ellipticity: Any, moment_ratio: Any, polar_moment: Any
-) -> tuple[float, float]:  # fmt: skip
+) -> tuple[float, float]:
     polar = difference = None
     if moment_ratio is not None:
         polar = _number("moment_ratio", moment_ratio, "dimensionless", 0.0) * size
@@ -219,7 +219,7 @@ def _nutation(ellipticity: float, spin: float, theta: float, tilt: float, orbit:
 
 def _common_rate(
     theta: float, spin: float, bulge: float, outer: Sequence[_Orbit], moons: Sequence[_Orbit], mass: float
-) -> tuple[float, dict[str, float]]:  # fmt: skip
+) -> tuple[float, dict[str, float]]:
     """The rate at which spin and mean orbits of moons go back together, and the tilts of these to the equator."""
     pull = sum(orbit.tide for orbit in outer)
     rate = bulge * pull * math.cos(theta) / spin

@@ -148,7 +148,7 @@ def cloud_to_disc(
         "mass_inside": (cloud.disc_mass_inside(radii), "kg", "mass that comes to rest inside"),
         "surface_density": (density, "kg m-2", "surface density"),
         "orbital_period": (kepler_period(body, radii), "s", "period of the orbit"),
-    }  # fmt: skip
+    }
     disc = _along("radius", radii, "m", "radius in the disc", columns, "the disc of a cloud")
     disc.attrs |= {"disc_radius": outer, "angular_momentum": cloud.angular_momentum}
     return disc

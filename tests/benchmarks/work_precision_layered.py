@@ -31,7 +31,7 @@ def of_clairaut() -> list[str]:
         ("k_2 of PREM (against 64 steps)", prem(), 2, float(love_number(prem(), 2, 64))),
         ("k_2 of a dense core under a steep mantle (against 64 steps)", steep, 2, float(love_number(steep, 2, 64))),
         ("k_8 of the same", steep, 8, float(love_number(steep, 8, 64))),
-    ]  # fmt: skip
+    ]
     return [
         table(
             title,

@@ -34,7 +34,7 @@ FILES = {
     "tests/reference/top.json": "{}",
     "tests/helper.py": "from astroinertia.start import engine\n",
     "tests/child.py": "from astroinertia import bodies\n",
-}  # fmt: skip
+}
 # A test file, and what it depends on besides the __init__ of every package on the way.
 CASES = {
     "a module": ("from astroinertia.errors import Broken", {"astroinertia/errors.py"}),

@@ -265,7 +265,7 @@ def written(body: Any) -> float:
         (("i",), lambda body: np.zeros(4), r"shape \(4,\) at step 0; it must be of its dims \(i\), \(3,\)"),
         (("effect", "i"), lambda body: np.zeros((1, 3)), r"\(1, 3\) at step 0; it must be of its dims \(effect, i\), "),
     ],
-)  # fmt: skip
+)
 def test_a_value_that_is_none_ends_in_a_sentence(dims, value, sentence, tmp_path) -> None:
     own = made(dims=dims, value=lambda self, body: value(body))
     scene = loads(GAS, ['model="ellipsoid"'])
@@ -302,7 +302,7 @@ def test_what_was_recorded_is_kept_where_it_fails_later_and_goes_on_once_it_is_r
         (made(dims="ij"), "its `dims` must be a tuple"),
         (made(dimension="colour"), "its `dimension` must be a name or Dimension(mass, length, time)"),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_observable_is_refused_in_a_sentence(own: Any, sentence: str, tmp_path) -> None:
     with pytest.raises(SceneError) as refused:
         astroinertia.run_scene(loads(GAS), tmp_path / "run", observables=[own])

@@ -191,7 +191,7 @@ WRONG: dict[str, tuple[Any, str]] = {
     "a period in metres": (lambda _: pulsars.characteristic_age(33 * u.m, 4e-13), "period"),
     "two moments": (lambda _: free_top.free_top([1.0, 2.0], [1.0, 0.0, 1.0]), "three principal moments"),
     "joules": (lambda _: spin_scaling.centrifugal_radius(3 * u.J, 1e30), "specific_angular_momentum"),
-}  # fmt: skip
+}
 
 
 HOLES = np.ma.masked_array([1.0, 2.0, 3.0], mask=[False, True, False])

@@ -15,7 +15,7 @@ Array = Any
 
 def rearranged(
     problem: Problem, state: State, dt: Array | None = None, length: Array | None = None
-) -> tuple[State, Any]:  # fmt: skip
+) -> tuple[State, Any]:
     """The state with its particles sorted again into leaves, and the arrangement, made for the coming evaluation.
 
     dt: the length of the coming step; as long as is allowed unless given. length: other smoothing lengths than those

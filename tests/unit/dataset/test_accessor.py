@@ -114,7 +114,7 @@ def test_pictures_are_in_the_order_of_time_and_show_a_single_record(name: str, d
         (lambda i: i.about_axis([0, 0, 0]), SceneError, "an axis must have a direction: its components are all 0"),
         (lambda i: i.torque_shares([0, 1]), SceneError, "an axis has three components, not the shape (2,)"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_one_sentence(call: Any, kind: type, sentence: str, ds: xr.Dataset) -> None:
     with pytest.raises(AstroinertiaError) as caught:
         call(ds.inertia)

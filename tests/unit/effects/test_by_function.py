@@ -215,7 +215,7 @@ WRONG = [
     (lambda zero: "much", r"gave no real numbers, but str"),
     (lambda zero: None, r"gave no real numbers, but object"),
     (lambda zero: zero * u.kg, r"failed \(UnitConversionError: .*\); its state has plain numbers in code units\.$"),
-]  # fmt: skip
+]
 
 
 CASES = [

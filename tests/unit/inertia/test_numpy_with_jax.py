@@ -65,7 +65,7 @@ CASES = {
     "moment": (of_body(lambda body, axis, point: body.moment(axis, point)), (*OWN, A, ORIGIN)),
     "translated": (of_body(lambda body, by: parts(body.translated(by))), (*OWN, ORIGIN)),
     "sum": (lambda *six: parts(Body(*six[:3]) - Body(*six[3:])), (*OWN, *parts(HOLE))),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -392,7 +392,7 @@ def test_the_command_says_what_it_wrote_and_help_names_every_format(run, tmp_pat
         (["--to", "csv", "--output", "OUT/there.csv"], "is there already and is left as it is"),
         (["--to", "zarr", "--snapshot", "1"], "zarr takes the whole dataset"),
     ],
-)  # fmt: skip
+)
 def test_wrong_calls_get_one_sentence_and_write_nothing(run, tmp_path, capsys, arguments, sentence):
     (tmp_path / "there.csv").write_text("mine")
     assert main(["export", str(run), *(each.replace("OUT", str(tmp_path)) for each in arguments)]) == 2

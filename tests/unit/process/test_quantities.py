@@ -271,7 +271,7 @@ def test_tables_lists_text_and_units_of_their_own() -> None:
         (lambda: counted(2.5), InputTypeError, "count of counted must be a whole number, not 2.5."),
         (lambda: counted(np.float64("nan")), InputTypeError, "count of counted must be a whole number, not"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_said_in_one_sentence_that_names_the_argument(call: Any, kind: type, sentence: str) -> None:
     with pytest.raises(AstroinertiaError) as caught:
         call()

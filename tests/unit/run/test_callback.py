@@ -236,7 +236,7 @@ def test_other_stops_are_not_those_of_the_callback(tmp_path: Path) -> None:
         ({"callback": print, "every": object()}, "every: must be a time or a number of steps, not something of"),
         ({"progress": "yes"}, "progress must be True, False or None, not 'yes'."),
     ],
-)  # fmt: skip
+)
 def test_wrong_callbacks_are_refused_before_anything_is_done(options: Any, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError) as caught:
         astroinertia.run_scene(TOP, tmp_path / "run", **options)

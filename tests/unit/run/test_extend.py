@@ -156,7 +156,7 @@ def test_outputs_are_as_often_as_before_unless_they_are_set(tmp_path) -> None:
         ("time.end=much", r"\[time\] end: must be a plain number, not 'much'"),
         ("time.end", "stays as it is|write key=value"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_is_refused_and_nothing_is_changed(tmp_path, setting, sentence) -> None:
     astroinertia.run_scene(loads(DROP), tmp_path / "run")
     before = {path: path.read_bytes() for path in (tmp_path / "run").iterdir()}

@@ -208,7 +208,7 @@ LOOP["rotation"] = LOOP
             "[body] mass: its unit 'talent' is not known here.",
         ),
     ],
-)  # fmt: skip
+)
 def test_what_no_scene_can_hold_is_refused_by_its_key(tables: Any, sentence: str) -> None:
     assert refusal(tables).removeprefix("the scene: ").startswith(sentence)
 

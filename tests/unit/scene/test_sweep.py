@@ -168,7 +168,7 @@ def test_overrides_reach_members_and_the_sweep_itself():
         ('"body.index" = [2026-01-01]', "date or time"),
         ('"body..mass" = ["1 Msun"]', "names joined by dots"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_reported_before_anything_is_run(text, words):
     assert words in refusal(text)
 
