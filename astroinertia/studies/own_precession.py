@@ -102,23 +102,7 @@ def precession_of(
         raise SceneError("precession_of: obliquity must be at most 180 deg")
     polar, bulge = _moments(m * r**2, j2, dynamical_ellipticity, moment_ratio, polar_moment)
     orbits = [_orbit(number, companion, m) for number, companion in enumerate(companions)]
-    if not orbits:
-        raise SceneError("precession_of: give at least one companion")
-    if len({orbit.name for orbit in orbits}) < len(orbits):
-        raise SceneError("precession_of: two companions have the same name")
-    for orbit in orbits:
-        if (nearest := orbit.semi_major_axis * (1.0 - orbit.eccentricity)) <= r:
-            raise SceneError(
-                f"precession_of: {orbit.name} would come to {nearest:.6g} m from the centre of the body, whose radius "
-                f"is {r:.6g} m"
-            )
-        motion = math.sqrt(GRAVITATIONAL_CONSTANT * (m + orbit.mass) / orbit.semi_major_axis**3)
-        for often, turns in _HELD.items():
-            if theta < 0.5 * math.pi and math.isclose(rate, turns * motion, rel_tol=_IN_STEP):
-                raise SceneError(
-                    f"precession_of: the body turns {often} fast as {orbit.name} goes around: an orbit that holds a "
-                    "spin so takes its axis along, which has no precession of its own (rotation.cassini)"
-                )
+    _refuse_impossible(orbits, m, r, rate, theta)
     outer = [orbit for orbit in orbits if orbit.mass > m]
     moons = [orbit for orbit in orbits if orbit.mass <= m]
     if outer and moons and bulge < 0.0:
@@ -138,10 +122,7 @@ def precession_of(
         else (math.nan, math.nan)
         for orbit in orbits
     ]
-    heaviest = max(orbits, key=lambda orbit: orbit.mass)
-    own, other = GRAVITATIONAL_CONSTANT * m, GRAVITATIONAL_CONSTANT * heaviest.mass
-    turn = 2.0 * math.pi * math.sqrt(heaviest.semi_major_axis**3 / (own + other))
-    relative = -float(geodetic_precession_of_binary(turn, own, other, heaviest.eccentricity))
+    relative = _relativity(max(orbits, key=lambda orbit: orbit.mass), m)
     total = backwards * common + relative
     back = "rate at which the equator's node goes back"
     longitudes, obliquities = zip(*swings, strict=True)
@@ -166,6 +147,34 @@ def precession_of(
         {"companion": [orbit.name for orbit in orbits]},
         {"title": "precession by the torques on a body's flattening", "source": "Goldreich 1966, Rev. Geophys. 4, 411"},
     )
+
+
+def _refuse_impossible(orbits: Sequence[_Orbit], mass: float, radius: float, spin: float, theta: float) -> None:
+    """SceneError for no orbits, for one that comes within the body, and for one that holds its spin."""
+    if not orbits:
+        raise SceneError("precession_of: give at least one companion")
+    if len({orbit.name for orbit in orbits}) < len(orbits):
+        raise SceneError("precession_of: two companions have the same name")
+    for orbit in orbits:
+        if (nearest := orbit.semi_major_axis * (1.0 - orbit.eccentricity)) <= radius:
+            raise SceneError(
+                f"precession_of: {orbit.name} would come to {nearest:.6g} m from the centre of the body, whose radius "
+                f"is {radius:.6g} m"
+            )
+        motion = math.sqrt(GRAVITATIONAL_CONSTANT * (mass + orbit.mass) / orbit.semi_major_axis**3)
+        for often, turns in _HELD.items():
+            if theta < 0.5 * math.pi and math.isclose(spin, turns * motion, rel_tol=_IN_STEP):
+                raise SceneError(
+                    f"precession_of: the body turns {often} fast as {orbit.name} goes around: an orbit that holds a "
+                    "spin so takes its axis along, which has no precession of its own (rotation.cassini)"
+                )
+
+
+def _relativity(orbit: _Orbit, mass: float) -> float:
+    """Geodesic precession on an orbit, which turns the axis the other way."""
+    own, other = GRAVITATIONAL_CONSTANT * mass, GRAVITATIONAL_CONSTANT * orbit.mass
+    turn = 2.0 * math.pi * math.sqrt(orbit.semi_major_axis**3 / (own + other))
+    return -float(geodetic_precession_of_binary(turn, own, other, orbit.eccentricity))
 
 
 def _moments(
