@@ -236,9 +236,8 @@ def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str)
     return f"{name}, line {line}" if line else name
 
 
-def _validated(
-    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Given
-) -> schema.Scene:
+def _refuse_wrong_tables(tables: dict[str, Any], given: Given) -> None:
+    """Problem for tables that no scene has, or has otherwise, and for those of a sweep."""
     for door in (door for door, classes in given.items() if classes and SWEEP in tables):
         raise Problem((SWEEP,), f" takes no {door.thing} from Python, but what is built in or installed.", table=True)
     if SWEEP in tables:
@@ -253,7 +252,6 @@ def _validated(
     units = tables.get("units")
     if units is not None and units not in ("code", SI) and not isinstance(units, dict):
         raise Problem(("units",), f': must be "code", "SI" or a table with mass and length, not {described(units)}.')
-    code = units == "code"
     if "effects" not in tables:
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
     automatic = tables["effects"] == AUTO
@@ -263,6 +261,13 @@ def _validated(
         )
     if "candidates" in tables and not automatic:
         raise Problem(("candidates",), ' are for effects = "auto", which chooses among them.', table=True)
+
+
+def _validated(
+    tables: dict[str, Any], text: str, overrides: tuple[str, ...], origin: str | None, given: Given
+) -> schema.Scene:
+    _refuse_wrong_tables(tables, given)
+    code, automatic = tables.get("units") == "code", tables["effects"] == AUTO
     table = "candidates" if automatic else "effects"
     listed = tables.get(table, {})
     own = EFFECTS.known(listed if isinstance(listed, dict) else (), given[EFFECTS])
