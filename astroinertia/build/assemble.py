@@ -278,8 +278,9 @@ def note_versions(archive: Archive, scene: Scene) -> None:
 
 
 def _reference_radius(scene: Scene, units: CodeUnits, initial: Sphere | Star | None) -> float | None:
-    radius = scene.body.radius if initial is None else initial.radius
-    return None if radius is None else radius if initial is not None else units.to_code(radius, "length")
+    if initial is not None:
+        return initial.radius
+    return None if scene.body.radius is None else units.to_code(scene.body.radius, "length")
 
 
 def model_description(evolution: Evolution) -> dict[str, Any]:
