@@ -81,23 +81,6 @@ def outside_code(text: str, change: Callable[[str], str]) -> str:
     return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
 
 
-def links(text: str) -> list[str]:
-    """The targets of all links and pictures of a page, outside of its code.
-
-    >>> links("[a](ledger.md) ![b](x.png)\\n```\\n[c](d)\\n```")
-    ['x.png', 'ledger.md']
-    """
-    targets: list[str] = []
-
-    def noted(line: str) -> str:
-        targets.extend(picture.partition("](")[2][:-1] for picture in _PICTURE.findall(line))
-        targets.extend(target for _, target in _LINK.findall(line))
-        return line
-
-    outside_code(text, noted)
-    return targets
-
-
 def _plain(line: str) -> str:
     return _LINK.sub(_without_target, _PICTURE.sub("", line))
 
