@@ -177,7 +177,7 @@ class ColdSpheroid:
         def thin(_, state):
             return state[0] - _VANISHED
 
-        flat.terminal = thin.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
+        flat.terminal = thin.terminal = True
         start = np.array([1.0, (self.polar_radius - self.equatorial_radius) / self._length, 0.0, 0.0, 0.0])
         collapse = self._integrate(slopes, (0.0, _LONGEST), start, [flat, thin])
         if collapse.status != 1:

@@ -113,7 +113,7 @@ def critical_rate() -> float:
         def bottom(x, y):
             return rate * x**3 / 3 - y[1]  # x^2 f'
 
-        bottom.terminal, bottom.direction = True, 1.0  # type: ignore[attr-defined]
+        bottom.terminal, bottom.direction = True, 1.0
         start = [float(value) for value in _centre(rate, _HANDOVER)[:2]]
         fallen = solve_ivp(slope, (_HANDOVER, _FARTHEST), start, "DOP853", events=bottom, rtol=_RELATIVE,
                            atol=_ABSOLUTE, max_step=_LONGEST)  # fmt: skip

@@ -80,7 +80,7 @@ class MomentumLaw:
     def _integral(self) -> CubicSpline:
         squares = _DISTANCE**2
         fine = np.sort(np.concatenate([squares, 0.5 * (squares[1:] + squares[:-1])]))
-        return CubicSpline(fine, self._curve(fine) ** 2).antiderivative()  # type: ignore[return-value]
+        return CubicSpline(fine, self._curve(fine) ** 2).antiderivative()
 
 
 def _top(star: RotatingStar, w: np.ndarray) -> np.ndarray:

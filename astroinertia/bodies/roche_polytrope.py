@@ -177,7 +177,7 @@ def _figure(mesh, n, c, a, mu, largest, density, parts) -> RochePolytrope:
         c_over_a=c,
         tide=mu * radius**3 / mass,
         longest_axis=a / radius,
-        second_moments=tuple(moment / (mass * radius**2) for moment in second),  # type: ignore[arg-type]
+        second_moments=tuple(moment / (mass * radius**2) for moment in second),
         virial=abs(gravity + outside + 3 * pressure) / abs(gravity),
     )
 

@@ -36,7 +36,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     }  # fmt: skip
     for action in (action for command in listed.choices.values() for action in command._actions):
         if action.type is Path:
-            action.complete = shtab.FILE  # pyright: ignore[reportAttributeAccessIssue]
+            action.complete = shtab.FILE
         elif action.dest in values:
             action.choices = values[action.dest]
     return shtab.complete(parser, shell)

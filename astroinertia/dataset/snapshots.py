@@ -46,7 +46,7 @@ def present(snapshot: xr.Dataset) -> xr.Dataset:
 class RunFolder(BackendEntrypoint):
     """Opens the snapshots of a run folder by xarray, which keeps what was read, or gives it to dask."""
 
-    def open_dataset(  # type: ignore[override]
+    def open_dataset(
         self, filename_or_obj: Any, *, drop_variables: Any = None, files: Sequence[Snapshots], metadata: Mapping
     ) -> xr.Dataset:
         """The dataset of these files; of each snapshot only its time is known until it is read."""

@@ -170,7 +170,7 @@ class Characteristic:
         needed = tuple(getattr(self, name) for name in OF_ZONE)
         if any(value is None for value in needed) or not self.second_moment:
             return None
-        weight, pressure, turning = (value / self.second_moment for value in needed[1:])  # type: ignore[operator]
+        weight, pressure, turning = (value / self.second_moment for value in needed[1:])
         acting = weight if self.weighs else 0.0, pressure if self.presses else 0.0
         found = *acting, 2.0 * turning, self.expansion
         return Zone(*found[:3], self.gamma, self.expansion) if all(map(math.isfinite, found)) else None

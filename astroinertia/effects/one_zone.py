@@ -89,7 +89,7 @@ def motion(zone: Zone, end: float) -> Motion:
     def large(_: float, state: np.ndarray) -> float:
         return state[0] - LARGEST
 
-    small.terminal = large.terminal = True  # type: ignore[attr-defined]
+    small.terminal = large.terminal = True
     from scipy.integrate import solve_ivp  # only here: the table of effects need not wait for it
 
     solution = solve_ivp(

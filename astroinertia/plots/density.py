@@ -152,18 +152,18 @@ def _column(figure: Figure, panels, snapshot: xr.Dataset, title: str, sliced: bo
     density = snapshot["density"]
     name, own = ("density", style.unit_of(density)) if sliced else ("column density", column_unit(density))
     # Over many decades the bar has powers of ten itself.
-    many = norm.vmax > MANY * norm.vmin  # type: ignore[operator]
+    many = norm.vmax > MANY * norm.vmin
     scale, unit = (1.0, own) if many else style.scale_of(own, norm.vmax)
     scaled = LogNorm(norm.vmin / scale, norm.vmax / scale)  # type: ignore[operator]
     bar = figure.colorbar(
         ScalarMappable(scaled, style.DENSITY_MAP), ax=list(panels), location="bottom", shrink=0.9, aspect=26, pad=0.015
     )
     bar.set_label(style.label(name, unit))
-    several = norm.vmax > SEVERAL * norm.vmin  # type: ignore[operator]
+    several = norm.vmax > SEVERAL * norm.vmin
     parts = (1.0, 3.0) if several else (1.0, 2.0, 5.0)
     style.plain_log(bar.ax.xaxis, scaled.vmin, scaled.vmax, parts)  # type: ignore[arg-type]
     bar.minorticks_off()  # a short bar has no room for them, and each takes its time
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
 
 
 def _moment(time: xr.DataArray) -> str:

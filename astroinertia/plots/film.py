@@ -175,7 +175,7 @@ def _pages(figure: Figure, dataset: xr.Dataset, subject: _Subject, unit: str) ->
         place = figure.add_axes((0.905, 0.38, 0.016, 0.54))
         bar = figure.colorbar(ScalarMappable(norm, style.DENSITY_MAP), cax=place)
         bar.set_label(label)
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.outline.set_visible(False)
     if subject.note:
         figure.text(0.09, 0.305, subject.note, fontsize=8.5, color=style.GREY, va="top")
     panels = [figure.add_subplot(cell, facecolor="black", aspect="equal", autoscale_on=False) for cell in grid]

@@ -335,7 +335,7 @@ def time_bar(figure: Figure, panels: Any, dataset: xr.Dataset, chosen: np.ndarra
     """A bar of these colours beside panels, with a line at each output that was drawn."""
     times, _, text = shown_times(dataset)
     bar = figure.colorbar(time_colours(dataset), ax=list(panels), aspect=28, label=text, **place)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     for index in chosen:
         bar.ax.plot([0, 1], [times[index]] * 2, color="white", linewidth=1.2)
 

@@ -97,7 +97,7 @@ def with_quantities(**in_units: str | None) -> Callable[[_F], _F]:
 
     def decorated(function: Any) -> Any:
         if inspect.isclass(function):
-            function.__init__ = decorated(function.__init__)  # type: ignore[misc]
+            function.__init__ = decorated(function.__init__)
             return function
         taken: list[_Arguments] = []
 
