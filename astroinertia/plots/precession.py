@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 
 from astroinertia.errors import SceneError
 from astroinertia.plots import style
+from astroinertia.rotation.precession import ARCSECOND, JULIAN_YEAR
 
-_ARCSECOND, _YEAR, _DAY = np.pi / 648000.0, 31557600.0, 86400.0
-_CENTURY = 100 * _YEAR
+_DAY = 86400.0
+_CENTURY = 100 * JULIAN_YEAR
 _BAR = 0.62
 _ROOM = 20.0  # days of a bar that has room for its own label
 _BARS_APART = 3.0  # degrees between the widths of resonances beside a section
@@ -138,7 +139,7 @@ def obliquity_figure(dataset: xr.Dataset) -> Figure:
         figure = style.page(f"{dataset.attrs['body']}: obliquity on a moving orbit", (10.0, 4.6))
         axes = figure.subplots()
         times, obliquity = dataset["time"].values, np.degrees(dataset["obliquity"].values)
-        scale, unit = (1e9 * _YEAR, "Gyr") if np.ptp(times) > 3e8 * _YEAR else (1e6 * _YEAR, "Myr")
+        scale, unit = (1e9 * JULIAN_YEAR, "Gyr") if np.ptp(times) > 3e8 * JULIAN_YEAR else (1e6 * JULIAN_YEAR, "Myr")
         axes.plot(times / scale, obliquity, color=style.BLUE, linewidth=0.6)
         axes.set_xlim(times[0] / scale, times[-1] / scale)
         axes.set_xlabel(style.label("time from J2000", unit))
@@ -155,9 +156,9 @@ def _require(dataset: xr.Dataset, variable: str, study: str) -> None:
 def _nutation(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Years, longitude and obliquity less their steady parts in arc seconds, and the mean obliquity."""
     along, tilt = (
-        (dataset[name] - dataset[f"steady_{name}"]).values / _ARCSECOND for name in ("longitude", "obliquity")
+        (dataset[name] - dataset[f"steady_{name}"]).values / ARCSECOND for name in ("longitude", "obliquity")
     )
-    return dataset["time"].values / _YEAR, along, tilt, float(dataset["steady_obliquity"].mean())
+    return dataset["time"].values / JULIAN_YEAR, along, tilt, float(dataset["steady_obliquity"].mean())
 
 
 def _loops(axes, years: np.ndarray, across: np.ndarray, tilt: np.ndarray, name: str) -> None:
@@ -175,7 +176,7 @@ def _parts(axes, dataset: xr.Dataset) -> None:
     axes.set_title("What turns it: arc seconds a century")
 
     def value_text(value: float) -> str:
-        return f"{value / _ARCSECOND * _CENTURY:,.3f}".replace(",", " ").replace("-", "\N{MINUS SIGN}")
+        return f"{value / ARCSECOND * _CENTURY:,.3f}".replace(",", " ").replace("-", "\N{MINUS SIGN}")
 
     rows = [
         (f"torque of the {part}" if part in ("Sun", "Moon", "planets") else "all together, integrated",

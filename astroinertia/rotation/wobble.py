@@ -24,11 +24,11 @@ from astroinertia.bodies.love_numbers import YieldingBody, love_numbers
 from astroinertia.bodies.planets import body
 from astroinertia.errors import NumericalError
 from astroinertia.process.quantities import with_quantities
+from astroinertia.rotation.precession import ARCSECOND
 
 Array = Any
 
 DAY = 86400.0  # s
-_ARCSECOND = math.pi / 648000
 # k2 of the ellipsoidal, rotating, elastic Earth at long periods, which the IERS takes for the pole tide, too: TN 36,
 # table 6.3 and section 6.4.
 _ELLIPSOIDAL = 0.29525
@@ -243,7 +243,7 @@ def ocean_love_number() -> float:
     earth = body("Earth")
     j2 = earth.adopted("j2")
     per_radian = earth.angular_velocity**2 * j2.radius**3 / earth.gravitational_parameter / math.sqrt(15)
-    return (_OCEAN_C21 + _OCEAN_S21) / 2 / (per_radian * _ARCSECOND)
+    return (_OCEAN_C21 + _OCEAN_S21) / 2 / (per_radian * ARCSECOND)
 
 
 @with_quantities()
