@@ -67,11 +67,7 @@ def _moments(axes, dataset: xr.Dataset) -> None:
         axes.set_ylabel("change since the start" + (f" ({style.raised(unit)})" if unit != "1" else ""))
     else:
         axes.set_ylabel(style.label("moment of inertia", unit))
-        if np.nanmax(diagonal) > 20 * np.nanmin(diagonal) > 0:
-            axes.set_yscale("log")
-            style.plain_log(axes.yaxis, np.nanmin(diagonal) / scale, np.nanmax(diagonal) / scale)
-        else:
-            axes.set_ylim(0, 1.08 * np.nanmax(diagonal) / scale)
+        style.from_zero_or_log(axes, diagonal, scale)
     axes.set_title("Evolved by its own equation, and of the body itself" if both else "Of the body itself")
     _legend(axes, evolved=both)
     style.mark_compression(axes, dataset, factor, named=True)

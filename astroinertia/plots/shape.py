@@ -45,11 +45,7 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
     colours = (style.VERMILLION, style.ORANGE, style.BLUE)
     for k, (name, colour, dashes) in enumerate(zip(_NAMES, colours, style.DASHES, strict=True)):
         left.plot(times, lengths[:, k] / scale, color=colour, linestyle=dashes, label=name)
-    if np.nanmax(lengths) > 20 * np.nanmin(lengths) > 0:
-        left.set_yscale("log")
-        style.plain_log(left.yaxis, np.nanmin(lengths) / scale, np.nanmax(lengths) / scale)
-    else:
-        left.set_ylim(0, 1.08 * np.nanmax(lengths) / scale)
+    style.from_zero_or_log(left, lengths, scale)
     left.set_ylabel(style.label("semi-axis", unit))
     left.set_title("Semi-axes of the equivalent ellipsoid")
     style.legend(left)

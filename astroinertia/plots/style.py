@@ -258,6 +258,16 @@ def plain_log(axis: Any, low: float, high: float, parts: Sequence[float] = (1.0,
         axis.set_major_formatter(FuncFormatter(lambda value, _: raised(f"10^{round(np.log10(value))}")))
 
 
+def from_zero_or_log(axes: Any, values: np.ndarray, scale: float) -> None:
+    """An axis from zero for values over `scale`, or in logarithms where they differ by more than a factor of 20."""
+    least, most = np.nanmin(values), np.nanmax(values)
+    if most > 20 * least > 0:
+        axes.set_yscale("log")
+        plain_log(axes.yaxis, least / scale, most / scale)
+    else:
+        axes.set_ylim(0, 1.08 * most / scale)
+
+
 def level(axes: Any, value: float, text: str, colour: str) -> None:
     """A dashed horizontal line, named in the margin on the right."""
     axes.axhline(value, color=colour, linewidth=1, linestyle="--", zorder=1)
