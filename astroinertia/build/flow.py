@@ -56,7 +56,17 @@ def rotation_flow(
         raise SceneError(f"[body.rotation] {error}.") from None
 
 
-def shellular_rotation(
+def flow_of_shells(
+    scene: Scene, units: CodeUnits, initial: Sphere, mass: np.ndarray, position: np.ndarray, where: np.ndarray
+) -> np.ndarray:
+    """Velocities (N, 3) of the scene's rotation or, where it gives none, of shells that have one; `where`: r/R (N,)."""
+    body: Any = scene.body
+    if initial.shells is not None and body.rotation is None:
+        return _shellular_rotation(initial.shells, where, position, body.rotation_factor, units)
+    return rotation_flow(scene, units, initial, mass, position)
+
+
+def _shellular_rotation(
     shells: Progenitor, where: np.ndarray, position: np.ndarray, factor: float, units: CodeUnits
 ) -> np.ndarray:
     """Velocities (N, 3) of shells that each turn rigidly about z, at r/R `where` (N,); at rest where none is given."""

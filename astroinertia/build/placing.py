@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.build.flow import initial_velocity, linear_flow, rotation_flow, shellular_rotation
+from astroinertia.build.flow import flow_of_shells, initial_velocity, linear_flow, rotation_flow
 from astroinertia.build.fluids import entropies
 from astroinertia.build.spheres import Sphere, Star, building, stretch
 from astroinertia.build.spin import rotation_amount
@@ -66,7 +66,6 @@ def particles(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
 def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) -> Particles:
     """The particles of a Sphere or a Star, settled or not."""
     body: Any = scene.body
-    fluid = problem.equation_of_state
     mass = np.full(body.particles, initial.mass / body.particles)
     unit_sphere = place(initial.profile, body.particles, body.placement, body.seed)
     settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
@@ -75,33 +74,37 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
         where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles)
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
-        settles = settles and body.settles
         stretched = stretch(body)
-        if settles:
-            if body.homologous:
-                position, velocity, factor = _settled_core(scene, initial, problem, mass, unit_sphere)
-            else:
-                position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere)
+        if not (settles and body.settles):
+            position = unit_sphere * initial.radius @ stretched
+            velocity = flow_of_shells(scene, units, initial, mass, position, where)
+        elif body.homologous:
+            position, velocity, factor = _settled_core(scene, initial, problem, mass, unit_sphere)
             position, velocity = position @ stretched, velocity @ stretched
         else:
-            position = unit_sphere * initial.radius @ stretched
-            velocity = rotation_flow(scene, units, initial, mass, position)
-            if initial.shells is not None and body.rotation is None:
-                velocity = shellular_rotation(initial.shells, where, position, body.rotation_factor, units)
+            position, velocity = _settled_sphere(scene, units, initial, problem, mass, unit_sphere)
+            position, velocity = position @ stretched, velocity @ stretched
     velocity = velocity - mass @ velocity / mass.sum()  # differential rotation makes a push of the placement's noise
     if (uneven := body.perturbation) is not None:  # what turns about z turns as before
         angle = azimuthal_mode(position, uneven.mode, uneven.amplitude)
         position, velocity = turned(position, angle), turned(velocity, angle)
     velocity = velocity + linear_flow(scene, units, position)
-    if body.specific_internal_energy is not None and fluid.thermal:
-        energy = units.to_code(body.specific_internal_energy, "specific_energy")
-        return Particles(mass, position, velocity, None, np.full_like(mass, energy))
-    if isinstance(initial, Sphere) and initial.shells is not None and initial.tabulated is None and fluid.thermal:
-        energy = initial.shells.internal_energy
-        if energy is not None and body.entropy is None and body.pressure_fraction is None:
-            energy = initial.shells.at(units.to_code(energy, "specific_energy"), where)
-            return Particles(mass, position, velocity, None, energy)
+    fluid = problem.equation_of_state
+    if fluid.thermal and (energy := _stated_energy(body, units, initial, where)) is not None:
+        return Particles(mass, position, velocity, None, energy)
     return Particles(mass, position, velocity, factor * entropies(scene, units, initial, fluid, where), None)
+
+
+def _stated_energy(body: Any, units: CodeUnits, initial: Any, where: np.ndarray) -> np.ndarray | None:
+    """The specific internal energy (N,) that the scene or its shells state; None where neither does."""
+    if body.specific_internal_energy is not None:
+        return np.full(len(where), units.to_code(body.specific_internal_energy, "specific_energy"))
+    shells = initial.shells if isinstance(initial, Sphere) and initial.tabulated is None else None
+    if shells is None or shells.internal_energy is None:
+        return None
+    if body.entropy is not None or body.pressure_fraction is not None:
+        return None
+    return shells.at(units.to_code(shells.internal_energy, "specific_energy"), where)
 
 
 def _placed_star(

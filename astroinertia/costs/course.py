@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from astroinertia.build.flow import linear_flow, rotation_flow, shellular_rotation
+from astroinertia.build.flow import flow_of_shells, linear_flow
 from astroinertia.build.spheres import Sphere, progenitor, stretched
 from astroinertia.costs import flows, shells, torn
 from astroinertia.costs.crowding import neighbours
@@ -304,11 +304,7 @@ def _pressure(scene: Scene, initial: Sphere, balanced: Shells, places: np.ndarra
 def _turning(scene: Scene, initial: Sphere, mass: np.ndarray, places: np.ndarray, radius: np.ndarray) -> np.ndarray:
     """The mean square of the specific angular momentum (K,) of shells, as six points on each have it."""
     units = code_units(scene)
-    body: Any = scene.body
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     points = (radius[:, None, None] * axes).reshape(-1, 3)
-    if initial.shells is not None and body.rotation is None:
-        velocity = shellular_rotation(initial.shells, np.repeat(places, 6), points, body.rotation_factor, units)
-    else:
-        velocity = rotation_flow(scene, units, initial, np.repeat(mass / 6.0, 6), points)
+    velocity = flow_of_shells(scene, units, initial, np.repeat(mass / 6.0, 6), points, np.repeat(places, 6))
     return radius**2 * (velocity**2).sum(axis=1).reshape(-1, 6).mean(axis=1)
