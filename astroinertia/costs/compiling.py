@@ -35,7 +35,7 @@ def by_two_processes(scene: Scene) -> bool:
     """
     particles = scene.model == "sph" and scene.numerics.engine == "numba_cpu" and scene.particles is not None
     some = particles and not experience.few(scene) and scene.particles <= PREPARED_TWICE  # type: ignore[operator]
-    return some and not scene.own_classes and os.name == "posix" and _cores() > 1
+    return some and not scene.own_classes and _cores() > 1
 
 
 def _cores() -> int:

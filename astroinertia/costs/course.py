@@ -238,7 +238,7 @@ def at_start(scene: Scene) -> Shells | None:
         return None
     initial = progenitor(scene, units) if isinstance(body, ProfileBody) else stretched(scene, units)
     size = initial.radius * body.volume_ratio ** (1.0 / 3.0)
-    if getattr(body, "quickly_known", False):  # its outer parts are thin: a sphere that is as dense in the middle
+    if body.quickly_known:  # its outer parts are thin: a sphere that is as dense in the middle
         greatest = units.to_code(body.equilibrium(units.gravitational_constant).max_density, "density")
         size = initial.radius * (initial.density(np.zeros(1))[0] / float(greatest)) ** (1.0 / 3.0)
     # The innermost is as much as a particle at the centre sees: 1/W(0) of the density.

@@ -96,8 +96,6 @@ def _loaded(name: str, text: str) -> ModuleType:
 
 
 def _refuse_strangers(path: Path) -> None:
-    if not hasattr(os, "getuid"):
-        return
     status = path.stat()
     if status.st_uid != os.getuid():
         raise PermissionError(

@@ -61,8 +61,7 @@ def _motion(scene: Scene) -> list[PlanLine]:
 def unstated_wobble(scene: Scene) -> str:
     """A sentence where a rigid body wobbles and the scene does not say so, because of the axis about which it turns."""
     body: Any = scene.body
-    rotation = getattr(body, "rotation", None)
-    if scene.model != "rigid" or rotation is None or rotation.wobble is not None:
+    if scene.model != "rigid" or body.rotation is None or body.rotation.wobble is not None:
         return ""
     numbers_of = characteristic(scene)
     if numbers_of.momentum_axis is None or numbers_of.momentum_wobble < SEEN:

@@ -54,7 +54,7 @@ def _isothermal(scene: Scene, body: Any, neighbours: float) -> tuple[str, str, s
     unit = 2.0 * neighbours * body.mass / body.particles
     energy = 2.5 * chosen.sound_speed**2 / scene.gravitational_constant
     highest = energy**3 / (4.0 / 3.0 * math.pi * unit**2)
-    volume = 4.0 / 3.0 * math.pi * body.radius**3 * math.prod(getattr(body, "axes", (1.0, 1.0, 1.0)))
+    volume = 4.0 / 3.0 * math.pi * body.radius**3 * body.volume_ratio
     mean = body.mass / volume
     why = "denser fragments may be artificial (Bate & Burkert 1997)"
     return _line("Jeans mass", f"resolved up to {highest / mean:.2g} times the mean density", highest < mean, why,

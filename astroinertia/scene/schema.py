@@ -483,13 +483,13 @@ class Scene(Part, metaclass=_Called):
         fluid, body = self.equation_of_state, self.body
         if fluid is None:
             return
-        if fluid.barotropic and getattr(body, "specific_internal_energy", None) is not None:
+        if fluid.barotropic and body.specific_internal_energy is not None:
             raise ValueError(
                 "[body] specific_internal_energy needs matter that can be warm: the pressure of the kind "
                 f"{fluid.kind} follows from the density alone."
             )
         key = fluid.pressure_key
-        if key is not None and getattr(body, "pressure_fraction", None) is not None:
+        if key is not None and body.pressure_fraction is not None:
             raise ValueError(f"[body] pressure_fraction has no say where [equation_of_state] {key} gives the pressure.")
 
     def _can_be_in_a_box(self) -> None:
