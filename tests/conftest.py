@@ -102,6 +102,19 @@ def float64():
 
 
 @pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """What is kept between runs is kept for this test alone."""
+    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """An empty folder as the working one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
 def steps_differ(monkeypatch):
     """Few particles have steps of their own where many would (tests/few_with_steps.py)."""
     for name, value in few_with_steps.CHOICE.items():

@@ -151,12 +151,6 @@ def is_one_sentence(printed: str) -> bool:
 
 
 @pytest.fixture
-def elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def refused(elsewhere, capsys):
     """Runs the command in a folder; it must refuse as it should, and the sentence must have the words."""
 

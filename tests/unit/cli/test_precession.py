@@ -12,12 +12,6 @@ OWN = ["--mass", "5.97e24 kg", "--radius", "6378 km", "--period", "23.93 h", "--
 SUN = ["--companion", "Sun, semi_major_axis=1 au"]
 
 
-@pytest.fixture
-def elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def rate(arguments, capsys):
     assert main(["precession", *arguments]) == 0
     match = re.search(r"goes (back|forward) by (\S+) \"/yr", capsys.readouterr().out)

@@ -26,6 +26,8 @@ from astroinertia.scene import load
 from astroinertia.scene.plan import code_units
 from tests.sims import SIMS as FOLDER, single_scenes
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 ROOT = Path(__file__).parents[3]
 SIMS = single_scenes()
 # Scenes that take long to predict: in the full tests.
@@ -51,11 +53,6 @@ gamma = 1.6666666666666667
 [time]
 end = 4.0
 """
-
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
 
 
 def predicted(*settings: str, text: str = STAR):

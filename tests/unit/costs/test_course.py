@@ -11,6 +11,8 @@ from astroinertia.costs import course, machine, piloted, plan_lines, shells
 from astroinertia.costs.prediction import predict
 from astroinertia.scene import load
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 ROOT = Path(__file__).parents[3]
 RUNS = json.loads((ROOT / "tests" / "benchmarks" / "results" / "predicted_steps.json").read_text())
 PREDICTED = [
@@ -38,11 +40,6 @@ FEW = (
     "sod",
     "spinning_planet",
 )  # all of them: test-full
-
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
 
 
 @pytest.mark.slow

@@ -9,10 +9,7 @@ from astroinertia.process.stopwatch import total
 from astroinertia.scene import load
 from tests.unit.costs.test_costs import STAR
 
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def star(*settings):

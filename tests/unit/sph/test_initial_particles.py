@@ -20,6 +20,8 @@ from astroinertia.sph.table import read_body, read_table
 from astroinertia.storage import cache
 from astroinertia.units import DIMENSIONLESS, SOLAR_MASS
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 PROFILES = {
     "uniform": profiles.uniform(),
     "polytrope-1.5": profiles.polytrope(1.5),
@@ -28,11 +30,6 @@ PROFILES = {
     "evrard": profiles.power_law(1.0),
     "dyson": profiles.dyson(5 / 3),
 }
-
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("ASTROINERTIA_CACHE", str(tmp_path / "cache"))
 
 
 @pytest.mark.parametrize("name", PROFILES)
