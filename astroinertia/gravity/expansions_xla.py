@@ -12,7 +12,6 @@ coefficients L_a c^|a| are in units of a node's scale c, which keeps float32 fro
 """
 
 import math
-from collections.abc import Iterable
 from functools import cache, reduce
 from operator import add, mul
 from typing import Any
@@ -84,7 +83,8 @@ def local(order: int, direction: list[Array], moments: Expansion) -> Expansion:
     """L_b = sum_a M_a D_(a+b) of sources whose centres are at unit distance, against `direction`."""
     d, given = _apart(derivatives(order, direction)) | {(0, 0, 0): 1.0}, _apart(moments)
     return {
-        b: _total(d[_plus(a, b)] * m for a, m in given.items() if sum(a) + sum(b) <= order) for b in harmonic(order)
+        b: reduce(add, (d[_plus(a, b)] * m for a, m in given.items() if sum(a) + sum(b) <= order))
+        for b in harmonic(order)
     }
 
 
@@ -163,10 +163,6 @@ def _folded(values: Expansion) -> Expansion:
 def _apart(values: Expansion) -> Expansion:
     # Kept by itself, so that XLA does not work it out again for each sum that it is in.
     return jax.lax.optimization_barrier(values)
-
-
-def _total(terms: Iterable[Array]) -> Array:
-    return reduce(add, terms)
 
 
 def _plus(a: Index, b: Index) -> Index:

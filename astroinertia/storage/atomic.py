@@ -126,7 +126,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], scalars: Mapping[str, An
         with zipfile.ZipFile(aside, "w", zipfile.ZIP_STORED, allowZip64=True) as bundle:
             for name, array in arrays.items():
                 with bundle.open(zipfile.ZipInfo(f"{name}.npy", _ZIP_EPOCH), "w", force_zip64=True) as member:
-                    _write_array(member, np.asarray(array))
+                    np.lib.format.write_array(member, np.asarray(array, order="C"), allow_pickle=False)
             bundle.writestr(zipfile.ZipInfo(_SCALARS, _ZIP_EPOCH), listing)
 
     return write_whole(path, fill)
@@ -299,10 +299,6 @@ def check(path: Path, digest: str) -> None:
         raise ArchiveError(
             f"{path} is damaged: its sha256 is {actual[:12]}..., but {digest[:12]}... was recorded when it was written."
         )
-
-
-def _write_array(member: Any, array: np.ndarray) -> None:
-    np.lib.format.write_array(member, np.asanyarray(array, order="C"), allow_pickle=False)
 
 
 def _plain(value: Any) -> Any:
