@@ -84,7 +84,7 @@ def entropies(
     if not fluid.thermal:
         return np.zeros(len(where))
     if scene.equation_of_state is not None and scene.equation_of_state.kind == "materials":
-        if body.pressure_fraction is None or initial is None or not {"gravity", "pressure"} <= set(scene.effects):
+        if body.pressure_fraction is None or initial is None or not scene.has_equilibrium:
             return np.zeros(len(where))
         pressure, density = initial.hydrostatic(where)
         return fluid.entropy_at_pressure(np, density, body.pressure_fraction * pressure)

@@ -68,14 +68,14 @@ def of_sphere(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) ->
     body: Any = scene.body
     mass = np.full(body.particles, initial.mass / body.particles)
     unit_sphere = place(initial.profile, body.particles, body.placement, body.seed)
-    settles = body.relax and {"gravity", "pressure"} <= set(scene.effects)
     factor = 1.0  # of the entropies
     if isinstance(initial, Star):
+        settles = body.relax and scene.has_equilibrium
         where, position, velocity = _placed_star(body, initial, problem, mass, unit_sphere, settles)
     else:
         where = np.linalg.norm(unit_sphere, axis=1)
         stretched = stretch(body)
-        if not (settles and body.settles):
+        if not scene.settles:
             position = unit_sphere * initial.radius @ stretched
             velocity = flow_of_shells(scene, units, initial, mass, position, where)
         elif body.homologous:
@@ -138,7 +138,7 @@ def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem) -> 
         from astroinertia.build.surfaces import density_factors  # most bodies do without
 
         memory = {DENSITY_FACTOR: density_factors(_still(problem), planet, mass, position, layer)}
-    if body.relax and {"gravity", "pressure"} <= set(scene.effects):
+    if body.relax and scene.has_equilibrium:
         relaxed = relaxation.relax(
             _still(problem), mass, position, entropy, planet.density_enclosing, _rotation(scene, units),
             relaxation.Tolerances(density_error=_density_error(_LAYERED_DENSITY_ERROR, len(mass))), material=material,

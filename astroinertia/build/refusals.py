@@ -150,7 +150,7 @@ def _refuse_break_up(scene: Scene, units: CodeUnits) -> None:
     """Of a body that settles with its rotation: a polytrope at mass shedding, another at an orbit at its equator."""
     body: Any = scene.body
     spin: Any = body.rotation
-    settles = body.relax and body.settles and not body.homologous and {"gravity", "pressure"} <= set(scene.effects)
+    settles = scene.settles and not body.homologous
     if not settles or spin is None or spin.law != "rigid" or body.radius is None or spin.breakup_fraction is not None:
         return
     mass, radius = units.to_code(body.mass, "mass"), units.to_code(body.radius, "length")

@@ -293,9 +293,8 @@ def _settled(
             rate = math.sqrt(amount["t_over_w"] * -energy / scale / energy_per_rate)
         return rate * per_rate, rate**2 * energy_per_rate
 
-    settles = body.relax and {"gravity", "pressure"} <= set(scene.effects) and _gaseous(scene) and body.change is None
     scale = 1.0
-    if settles and body.settles and body.polytropic_index:
+    if scene.settles and _gaseous(scene) and body.change is None and body.polytropic_index:
         # As particles do: in the polytrope's own gas, or one of exponent 5/3 where its index has no stable equilibrium.
         gas = PowerLawPressure(-energy / 3, max(1 + 1 / body.index, 5 / 3))
 

@@ -106,7 +106,7 @@ def _limits(scene: Scene, end: float) -> tuple[Limits | None, np.ndarray | float
     if isinstance(body, LayeredPlanet):
         from astroinertia.costs.planets import planet  # with its matter, which other bodies do without
 
-        found = planet(scene) if {"gravity", "pressure"} <= set(scene.effects) else None
+        found = planet(scene) if scene.has_equilibrium else None
         return (None if found is None else limits(scene, [replace(found, time=time) for time in (0.0, end)])), 1.0
     start = None if scene.sinks else at_start(scene)  # what falls onto a star or goes round it is in no picture here
     if start is None:

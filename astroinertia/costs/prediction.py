@@ -194,16 +194,10 @@ def placing(scene: Scene, particles: int, machine: Machine) -> dict[str, Seconds
     bodies: Any = [alone.body for alone in scene.alone()]
     if any(body.placement == "glass" and body.laid_out for body in bodies):
         parts["placing"] = particles * machine.seconds["place.particle"]
-    settling = [alone for alone in scene.alone() if settles(alone)]
+    settling = [alone for alone in scene.alone() if alone.settles]
     if settling:
         parts["settling"] = total(_settling(alone, machine) for alone in settling)
     return parts
-
-
-def settles(scene: Scene) -> bool:
-    """Whether a body is settled to equilibrium before it starts."""
-    body: Any = scene.body
-    return body.relax and body.settles and {"gravity", "pressure"} <= set(scene.effects)
 
 
 def _settling(scene: Scene, machine: Machine) -> Seconds:

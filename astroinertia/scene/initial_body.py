@@ -485,7 +485,7 @@ class Body(Part):
             ("free-fall time", scene.shown(fall, "time"), "of the mean density"),
         ]
         if scene.model == "sph":
-            settles = self.relax and {"gravity", "pressure"} <= set(scene.effects)
+            settles = self.relax and scene.has_equilibrium
             to = "its collapse" if self.homologous else "equilibrium"
             why = f"settled to {to} first" if settles else "not settled first"
             lines.append(("placement", self.placement, f"seed {self.seed}, {why}"))

@@ -33,7 +33,7 @@ def resolved(scene: Scene, eta: float, neighbours: float) -> list[tuple[str, str
             why = f"denser than a tenth of the greatest density; two neighbourhoods are {fewest:.0f}"
             lines.append(_line("core", f"{core:.0f} particles", core < fewest, why, fewest / core))
         fluid = scene.equation_of_state
-        if fluid is not None and fluid.kind == "isothermal" and {"gravity", "pressure"} <= set(scene.effects):
+        if fluid is not None and fluid.kind == "isothermal" and scene.has_equilibrium:
             lines.append(_isothermal(scene, body, neighbours))
     return lines
 

@@ -358,6 +358,16 @@ class Scene(Part, metaclass=_Called):
         return asked
 
     @property
+    def has_equilibrium(self) -> bool:
+        """Whether gravity and pressure both act, so that a body may be in equilibrium."""
+        return {"gravity", "pressure"} <= set(self.effects)
+
+    @property
+    def settles(self) -> bool:
+        """Whether its body settles to equilibrium before it starts, as particles and scaling laws have it."""
+        return self.body.relax and self.body.settles and self.has_equilibrium
+
+    @property
     def wants_choice(self) -> bool:
         """Whether its settings are to be chosen for an accuracy before it is run; closed forms have none."""
         return self.accuracy is not None and self.settings == "chosen" and self.model != "scaling"

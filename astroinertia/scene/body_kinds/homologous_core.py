@@ -65,8 +65,7 @@ class HomologousCoreBody(Sized):
         """Particles settle to its flow with entropies of their own."""
         super().check(scene)
         fluid = scene.equation_of_state
-        settles = scene.model == "sph" and self.relax and {"gravity", "pressure"} <= set(scene.effects)
-        if not settles:
+        if not (scene.model == "sph" and self.relax and scene.has_equilibrium):
             return
         if self.rotation is not None:
             raise ValueError(
