@@ -154,10 +154,10 @@ def refuse_with_particles(scene: Scene, effects: Sequence[Any]) -> None:
     """SceneError where companions cannot be beside particles as the scene has them."""
     effect = _effect(effects)
     if effect is None:
-        if scene.companions or scene.orbits.archive is not None:
+        if scene.has_companions:
             raise SceneError("[[companions]] act on particles by [effects.companions], which the scene does not list.")
         return
-    if not scene.companions and scene.orbits.archive is None:
+    if not scene.has_companions:
         raise SceneError(f"{scene.where_listed('companions')} needs [[companions]] (or [orbits] archive).")
     if scene.orbits.back_reaction:
         raise SceneError('[orbits] back_reaction is of a rigid body; particles act back with motion = "live".')

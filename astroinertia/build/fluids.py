@@ -71,6 +71,11 @@ def _mean_density(scene: Scene, initial: Sphere | Star) -> float:
     return initial.mass / (4.0 / 3.0 * math.pi * initial.radius**3 * math.prod(getattr(scene.body, "axes", (1.0,))))
 
 
+def materials_of(matter: Any) -> int:
+    """How many materials an equation of state knows; 0 of one without any."""
+    return len(getattr(matter, "names", ()))
+
+
 def entropies(
     scene: Scene, units: CodeUnits, initial: Sphere | Star | None, fluid: Any, where: np.ndarray
 ) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from astroinertia.bodies.polytrope import Polytrope
 from astroinertia.build.flow import flow_of_shells, initial_velocity, linear_flow, rotation_flow
-from astroinertia.build.fluids import entropies
+from astroinertia.build.fluids import entropies, materials_of
 from astroinertia.build.spheres import Sphere, Star, building, stretch
 from astroinertia.build.spin import rotation_amount
 from astroinertia.engines import numba_cpu
@@ -58,7 +58,7 @@ class Particles:
 def particles(scene: Scene, units: CodeUnits, initial: Any, problem: Problem) -> Particles:
     """The particles of a scene, settled to equilibrium where the scene asks for it."""
     placed = building(scene.body.placing)(scene, units, initial, problem)
-    if placed.material is None and len(getattr(problem.equation_of_state, "names", ())) > 1:
+    if placed.material is None and materials_of(problem.equation_of_state) > 1:
         return replace(placed, material=np.zeros(len(placed.mass), dtype=int))  # a body without layers is of the first
     return placed
 
@@ -131,7 +131,7 @@ def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem) -> 
     unit_sphere = place(planet.profile, body.particles, body.placement, body.seed)
     layer = planet.layer_of(np.linalg.norm(unit_sphere, axis=1))
     entropy = planet.labels[layer]
-    material = planet.numbers[layer] if len(problem.equation_of_state.names) > 1 else None
+    material = planet.numbers[layer] if materials_of(problem.equation_of_state) > 1 else None
     position = unit_sphere * planet.radius
     memory = {}
     if body.surface == "full":
@@ -276,6 +276,6 @@ def of_problem(scene: Scene, units: CodeUnits, initial: None, problem: Problem) 
     # Only the problem that is asked for is imported; such scenes are in code units.
     body: Any = scene.body
     module = importlib.import_module("astroinertia.test_problems.matter")
-    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    lengths = scene.box_lengths
     matter = module.standard(body.problem).place(body.particles, lengths, problem.equation_of_state.gamma)
     return Particles(matter.mass, matter.position, matter.velocity, None, matter.internal_energy)

@@ -117,7 +117,7 @@ def _refuse_hot(scene: Scene, layer: Any, greatest: float) -> None:
 
 def _refuse_within(scene: Scene, units: CodeUnits) -> None:
     """Of a rigid body, which companions feel as a point with a quadrupole: that holds outside it alone."""
-    if not scene.companions and scene.orbits.archive is None:
+    if not scene.has_companions:
         return
     body = characteristic(scene)
     if body.mass is None or body.radius is None:

@@ -11,7 +11,7 @@ import numpy as np
 from astroinertia.build import companions, sinks
 from astroinertia.build.combine import check_same_fluid, places, together
 from astroinertia.build.effects import effects_of, refuse_without_heat
-from astroinertia.build.fluids import equation_of_state
+from astroinertia.build.fluids import equation_of_state, materials_of
 from astroinertia.build.placing import Particles as Body, particles
 from astroinertia.build.spheres import Sphere, Star, sphere
 from astroinertia.engines import mpi
@@ -81,7 +81,7 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
     if not 0 < count <= MAX_PARTICLES:
         raise ValueError("it has no particles, or too many")
     problem, _ = problem_of(scene, units, count)
-    several = len(getattr(problem.equation_of_state, "names", ()))
+    several = materials_of(problem.equation_of_state)
     shapes = {"mass": (count,), "position": (count, 3), "velocity": (count, 3), "entropy": (count,), "time": ()}
     if recalled := [name for name in SHOWN if name in arrays]:
         shapes |= dict.fromkeys(("density", *recalled), (count,))
@@ -119,7 +119,7 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     points, _ = companions.beside(scene, units, problem, stencil)
     bare = replace(problem, engine=_bare(problem.engine))
     points |= sinks.none(scene, problem, arrays[".mass"])
-    several = len(getattr(problem.equation_of_state, "names", ())) > 1
+    several = materials_of(problem.equation_of_state) > 1
     like, _ = initial_state(
         bare, stencil.mass, stencil.position, stencil.velocity, stencil.entropy, points=points,
         material=np.zeros(_STENCIL) if several else None,
@@ -154,7 +154,7 @@ def _check(arrays: Mapping[str, np.ndarray], like: State, scene: Scene, problem:
         ".step": checkpoint.COUNT,
         ".identity": checkpoint.COUNT,
         ".smoothing_length": checkpoint.POSITIVE,
-        ".material": (0, len(getattr(problem.equation_of_state, "names", ())) - 1),
+        ".material": (0, materials_of(problem.equation_of_state) - 1),
         ".rates.timestep": checkpoint.POSITIVE,
         **dict.fromkeys(
             (f".rates.fluid.{name}" for name in ("mass", "density", "smoothing_length")), checkpoint.POSITIVE

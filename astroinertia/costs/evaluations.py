@@ -20,6 +20,7 @@ FORCE_SHARES = {"gravity": 0.25, "pressure": 0.4}
 BY_NEIGHBOURS = 0.6  # of a pass, what goes with the number of neighbours; lists and whole leaves do not
 FURTHER_SHARE = 0.35  # viscosity's, and that of any other effect between neighbours
 SHARES = 50  # equal parts of a run's time, after which it is known how much of its work is done
+EVENLY_DONE = tuple(share / SHARES for share in range(SHARES + 1))  # of work that goes on at one pace
 ACCURACY = (
     0.05  # relative, of the number of steps from one time to the next: it is one more where that is just too much
 )

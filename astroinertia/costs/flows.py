@@ -31,7 +31,7 @@ def matter(scene: Scene, end: float) -> list[Matter]:
     body: Any = scene.body
     fluid: Any = scene.equation_of_state
     problem, gamma, numerics = standard(body.problem), fluid.gamma, scene.numerics
-    lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
+    lengths = scene.box_lengths
     count = min(body.particles, TRACERS)
     placed = problem.place(count, lengths, gamma)
     position, velocity, energy = placed.position, placed.velocity, placed.internal_energy

@@ -13,7 +13,7 @@ import numpy as np
 
 from astroinertia.costs import course, experience, piloted, processes, smooth
 from astroinertia.costs.compiling import COMPILED_FOR_PLANETS, compiling
-from astroinertia.costs.evaluations import SHARES, Counts, evaluation, run_of_steps, settling_steps
+from astroinertia.costs.evaluations import EVENLY_DONE, Counts, evaluation, run_of_steps, settling_steps
 from astroinertia.costs.machine import Machine
 from astroinertia.costs.orbits import tabulating
 from astroinertia.process.stopwatch import Seconds, total
@@ -179,8 +179,7 @@ def _without_particles(scene: Scene, machine: Machine) -> Prediction:
     size = files(scene, written, 0, steps)
     parts |= {"records": written * costs[f"record.{kind}"]}
     parts |= {"writing": _writing(scene, size, total(parts.values()).wall, machine)}
-    done = tuple(share / SHARES for share in range(SHARES + 1))
-    return Prediction(parts, steps, "an estimate", done, machine.memory[kind], size, machine.calibrated)
+    return Prediction(parts, steps, "an estimate", EVENLY_DONE, machine.memory[kind], size, machine.calibrated)
 
 
 def _orbits(scene: Scene, machine: Machine, share: float = 1.0) -> dict[str, Seconds]:

@@ -5,13 +5,13 @@ What is chosen by them is the same everywhere. Tests: tests/unit/costs/test_refe
 
 from contextlib import suppress
 
-from astroinertia.costs.evaluations import SHARES, Counts, run_of_steps
+from astroinertia.costs.evaluations import EVENLY_DONE, Counts, run_of_steps
 from astroinertia.costs.machine import shipped
 from astroinertia.costs.prediction import AGAIN, counted, placing, predict, record, written_records
 from astroinertia.process.stopwatch import total
 from astroinertia.scene.schema import Scene
 
-EVENLY = Counts(1.0, 1.0, 1.0, "nothing", tuple(share / SHARES for share in range(SHARES + 1)))
+EVENLY = Counts(1.0, 1.0, 1.0, "nothing", EVENLY_DONE)
 
 
 def estimated(scene: Scene) -> Counts:

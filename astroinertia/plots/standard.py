@@ -36,7 +36,7 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     chosen = standard(problem) if problem else None
     if chosen is None or chosen.exact is None:
         return None
-    lengths = np.full(3, np.inf) if scene.box is None else np.array(scene.box.lengths)
+    lengths = scene.box_lengths
     last = snapshots.isel(snapshot_time=-1).load()
     time, position = float(last["snapshot_time"]), last["position"].transpose("particle", "i").values
     velocity = last["velocity"].transpose("particle", "i").values

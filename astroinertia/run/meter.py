@@ -26,8 +26,7 @@ PREPARING = "preparing the body"
 
 def preparing(scene: "Scene") -> str:
     """What is done before the first step, in words."""
-    others = scene.companions or scene.orbits.archive is not None
-    orbits = ", and finding the orbits of its companions" if others else ""
+    orbits = ", and finding the orbits of its companions" if scene.has_companions else ""
     return f"{PREPARING}: {'placing and settling it' if scene.model == 'sph' else 'compiling its motion'}{orbits}"
 
 

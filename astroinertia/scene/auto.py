@@ -88,7 +88,7 @@ def _considered(scene: Scene, body: Characteristic) -> dict[str, dict[str, Any]]
     """What the scene has among its candidates, and the effects without an option that must be given."""
     considered = dict(scene.candidates)
     where = {"always"} | ({"touching"} if body.touching else set())
-    where |= {"companions"} if scene.companions or scene.orbits.archive is not None else set()
+    where |= {"companions"} if scene.has_companions else set()
     for kind, entry in CATALOGUE.items():
         unlit = scene.dimensionless and any(option.default is LIGHT for option in entry.options.values())
         boxed = scene.box is not None and entry.cost != "neighbours"

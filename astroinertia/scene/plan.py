@@ -142,7 +142,7 @@ def plan(scene: Scene) -> Plan:
         sections["equation of state"] = _equation_of_state(scene)
     if scene.regions:
         sections["regions"] = [*region_descriptions(scene).items()]
-    if scene.companions or scene.orbits.archive is not None:
+    if scene.has_companions:
         sections["companions"] = _companions(scene)
     if scene.sinks:
         sections["sinks"] = [sink.plan_line(scene.shown) for sink in scene.sinks]

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from astroinertia.effects.catalogue import CATALOGUE
@@ -356,6 +357,16 @@ class Scene(Part, metaclass=_Called):
         if asked == "auto":
             return "mixed" if self.particles is None or self.particles > FEW else "float64"
         return asked
+
+    @property
+    def has_companions(self) -> bool:
+        """Whether it has companions, listed or from an archive."""
+        return bool(self.companions) or self.orbits.archive is not None
+
+    @property
+    def box_lengths(self) -> np.ndarray:
+        """Lengths of the box (3,), infinite without one."""
+        return np.full(3, np.inf) if self.box is None else np.array(self.box.lengths)
 
     @property
     def has_equilibrium(self) -> bool:

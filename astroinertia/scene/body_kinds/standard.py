@@ -2,7 +2,6 @@
 
 from typing import Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from astroinertia.scene.body_kinds.stretched import Unknown
@@ -64,7 +63,7 @@ class StandardBody(Unknown, Body):
             return asked
         from astroinertia.test_problems.matter import standard  # only here: other bodies need no problem
 
-        lengths = np.full(3, np.inf) if scene.box is None else np.asarray(scene.box.lengths, float)
+        lengths = scene.box_lengths
         return len(standard(self.problem).place(round(asked), lengths, scene.equation_of_state.gamma).mass)
 
     def describe(self, scene: Any) -> list[PlanLine]:
