@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
 from astroinertia.inertia.principal import EQUAL_MOMENTS
-from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale
+from astroinertia.plots.axis_scales import angular_impulse, angular_momentum_scale, energy_scale
 from astroinertia.plots.ellipsoid import AXES, LEAST_MOMENT, draw_inertia_ellipsoid, view_of
 from astroinertia.rotation.attitude import euler_angles
 
@@ -260,7 +259,7 @@ def _track(panel, dataset: xr.Dataset, rotation: Motion, moments: np.ndarray, vi
 def _errors(axes, dataset: xr.Dataset) -> None:
     times, _, _ = style.shown_times(dataset)
     momentum = dataset["angular_momentum"].transpose("time", "i").values
-    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    impulse = angular_impulse(dataset)
     owned = np.where(np.isfinite(impulse), impulse, 0.0).sum(axis=1)
     turned = abs(dataset["torque"].fillna(0.0).sum("effect")).max() * np.ptp(dataset["time"].values)
     size = angular_momentum_scale(dataset)[0]

@@ -40,6 +40,11 @@ def wave_scale(dataset: xr.Dataset) -> float:
     return float(shares.max()) * float(dataset.attrs["gravitational_constant"]) / SPEED_OF_LIGHT**4
 
 
+def angular_impulse(dataset: xr.Dataset) -> np.ndarray:
+    """The angular momentum (time, effect, 3) that each effect has given so far."""
+    return axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+
+
 def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     """The largest angular momentum of the run, and whether the body spins.
 
@@ -70,5 +75,5 @@ def _given_by_errors(dataset: xr.Dataset) -> np.ndarray | float:
         bool(np.isfinite(turning).any()) and largest_size(turning) <= FROM_PAIRS * largest_size(pull)
         for turning, pull in zip(torque, virial, strict=True)
     ]
-    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    impulse = angular_impulse(dataset)
     return np.nansum(impulse[:, inner], axis=1)

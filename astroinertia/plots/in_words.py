@@ -17,9 +17,8 @@ from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.dataset.sizes import largest_size
-from astroinertia.inertia.tensor import axial_vector
 from astroinertia.observables.quantities import OF_ATTITUDE
-from astroinertia.plots.axis_scales import angular_momentum_scale, energy_scale, known_effects
+from astroinertia.plots.axis_scales import angular_impulse, angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, written
 from astroinertia.plots.style import words
@@ -330,7 +329,7 @@ def _effects(dataset: xr.Dataset) -> Table | None:
         return None
     dataset = dataset.sel(effect=names)
     largest = energy_scale(dataset)
-    impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+    impulse = angular_impulse(dataset)
     size, turning = angular_momentum_scale(dataset)
     columns = {
         "work / E": dataset["work"].transpose("time", "effect").values[-1] / largest,

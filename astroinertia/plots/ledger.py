@@ -5,9 +5,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from astroinertia.dataset.absent import with_absent
-from astroinertia.inertia.tensor import axial_vector
 from astroinertia.plots import style
-from astroinertia.plots.axis_scales import angular_momentum_scale
+from astroinertia.plots.axis_scales import angular_impulse, angular_momentum_scale
 
 
 @with_absent
@@ -19,7 +18,7 @@ def ledger_figure(dataset: xr.Dataset) -> Figure:
     True
     """
     with style.styled():
-        impulse = axial_vector(dataset["mixed_impulse"].transpose("time", "effect", "i", "j").values)
+        impulse = angular_impulse(dataset)
         turned, none = bool((abs(impulse) > 0).any()), not _above_round_off(dataset, impulse)
         figure = style.begin(dataset, "the ledger of effects", (9.0, 6.8 + 2.4 * turned - 1.4 * (turned and none)))
         panels = list(figure.subplots(2 + turned, 1, height_ratios=[1.7, 1.5, 0.35 if none else 1.3][: 2 + turned]))
