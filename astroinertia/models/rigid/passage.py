@@ -156,7 +156,7 @@ def present_pace(body: Rigid, course: Course, until: Array) -> Array:
 
 def _split(
     body: Rigid, course: Course, until: Array, steps_per_rotation: float, order: int
-) -> tuple[Course, Array, Array]:
+) -> tuple[Course, Array, Array]:  # fmt: skip
     """Steps up to the next look, or to the time."""
     free = not body.effects and body.deformability is None and course.state.orbits is None
     pace, wanted = planned(body, course, until, steps_per_rotation)
