@@ -112,3 +112,16 @@ def test_laplace_coefficients_of_high_order_and_small_ratios(s, j, ratio, exact)
     """Values of mpmath's hypergeometric function to 40 digits: sums over few angles have none of these digits."""
     assert laplace_coefficient(s, j, ratio) == pytest.approx(exact, rel=1e-11)
     assert laplace_coefficient(s, -j, ratio) == laplace_coefficient(s, j, ratio)
+
+
+@pytest.mark.parametrize(
+    ("s", "j", "ratio", "exact"),
+    [
+        (1.5, 1, 0.999999, 636620090637.4977),
+        (2.5, 2, 0.9999, 4244343998498652.0),
+        (1.5, 0, 1 - 1e-10, 6.366196670511131e19),
+    ],
+)
+def test_laplace_coefficients_of_orbits_that_nearly_touch(s, j, ratio, exact):
+    """Values of mpmath to 40 digits at the doubles that the ratios are."""
+    assert laplace_coefficient(s, j, ratio) == pytest.approx(exact, rel=1e-12)
