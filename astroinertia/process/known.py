@@ -8,6 +8,10 @@ from typing import Any
 
 
 def is_known(array: Any) -> bool:
-    """Whether an array has values that can be looked at now: not so inside jax.jit, jax.grad or jax.vmap."""
+    """Whether an array or list has values that can be looked at now: not so inside jax.jit, jax.grad or jax.vmap."""
     # A tracer can only have come from a jax that is already imported, and numpy users need not wait for one.
-    return "jax" not in sys.modules or not isinstance(array, sys.modules["jax"].core.Tracer)
+    if "jax" not in sys.modules:
+        return True
+    if isinstance(array, list | tuple):
+        return all(map(is_known, array))
+    return not isinstance(array, sys.modules["jax"].core.Tracer)

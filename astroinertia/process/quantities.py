@@ -231,8 +231,8 @@ class _Arguments:
             value = int(value) if value.dtype.kind in "iu" else float(value)
         if isinstance(value, list | tuple) and (name in self.arrays or _is_physical(name)):
             try:
-                array = np.asarray(value)
-            except (ValueError, TypeError):  # rows of differing length, which some mean; of JAX, in a transformation
+                array = _array_of(value)
+            except (ValueError, TypeError):  # rows of differing length, which some mean
                 return value
             value = array if name in self.arrays and array.dtype.kind in "iufcb" and array.size else value
         if isinstance(value, bool | np.bool_) and (name in self.numbers or _is_physical(name)):
@@ -262,6 +262,17 @@ class _Arguments:
             return convert()
         except SceneError as error:
             raise InputError(f"{name}: {error}") from None
+
+
+def _array_of(numbers: Any) -> Any:
+    """A list of numbers as an array: of JAX where one has no value yet, as in a transformation."""
+    try:
+        return np.asarray(numbers)
+    except TypeError as error:
+        jax = sys.modules.get("jax")  # where it is not imported, nothing is of it
+        if jax is None or not isinstance(error, jax.errors.TracerArrayConversionError):
+            raise
+        return jax.numpy.asarray(numbers)
 
 
 def _is_one_number(value: Any) -> bool:

@@ -116,6 +116,19 @@ def test_results_are_64_bit_with_and_without_the_switch():
 
 
 @pytest.mark.slow
+def test_a_list_of_densities_may_hold_traced_numbers():
+    exact = 0.4 * (1.125 / 32 - (1 + 1 / 32) / 8) / 1.125**2  # of 0.4 (1 + (rho - 1)/32)/(1 + (rho - 1)/8)
+    for body in (
+        lambda rho: constant_layers([0.5, 1.0], [rho, 1.0]),
+        lambda rho: polynomial_layers([0.5, 1.0], [[rho], [1.0, 0.0]]),
+        lambda rho: linear_layers([0.5, 1.0], [rho, 1.0], [rho, 1.0]),
+    ):
+        with jax.enable_x64(True):
+            slope = jax.grad(lambda rho, body=body: body(rho).moment_ratio)(2.0)
+        assert slope == pytest.approx(exact, rel=1e-14)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("switch", [False, True])
 def test_series_of_xarray_are_arrays_to_functions_of_jax(switch):
     body, radii = GALLERY["linear"], np.array([[0.1, 0.2], [0.3, 0.9]])

@@ -81,6 +81,19 @@ def test_any_one_argument_may_be_traced(name):
 
 
 @pytest.mark.slow
+def test_a_list_may_hold_traced_numbers():
+    def moment(a):
+        return shapes.ellipsoid(1.0, [a, 2.0, 3.0]).translated([0, a, 0]).about([a, 0, 0])[2, 2]  # a^2/5 + 4/5 + 2 a^2
+
+    def of_points(a):
+        return tensor.inertia_tensor([1.0, 2.0], [[a, 0, 0], (0, a, 0)], [0, 0, 0])[1, 1]  # a^2
+
+    with jax.enable_x64(True):
+        assert jax.grad(moment)(1.5) == pytest.approx(4.4 * 1.5, rel=1e-15)
+        assert jax.grad(of_points)(1.5) == pytest.approx(3.0, rel=1e-15)
+
+
+@pytest.mark.slow
 def test_the_place_of_a_bore_is_differentiated():
     plate, bore = shapes.cylinder(3.0, 0.2, 0.02), shapes.cylinder(0.3, 0.06, 0.02)
 
