@@ -82,20 +82,21 @@ def body_of_simplices(mass: Array, vertices: Array, shares: Array | None = None)
     """
     xp = namespace(mass, vertices)
     count = vertices.shape[-2]
-    centres = vertices.mean(-2)
-    offsets = vertices - centres[..., None, :]
+    # From one of the corners: nothing is lost far from the origin, where the middle of a simplex would be rounded.
+    start = vertices[..., :1, :1, :]
+    local = vertices - start
+    centres = local.mean(-2)
+    offsets = local - centres[..., None, :]
     own = xp.einsum("...nk,...nl->...kl", offsets, offsets) / (count * (count + 1))
     weights = xp.ones_like(centres[..., 0]) if shares is None else xp.asarray(shares)
     weights = weights / weights.sum(-1, keepdims=True)
-    # Centres relative to one of them: nothing is lost far from the origin.
-    start = centres[..., :1, :]
-    centre = start[..., 0, :] + xp.einsum("...k,...ki->...i", weights, centres - start)
+    centre = xp.einsum("...k,...ki->...i", weights, centres)
     away = centres - centre[..., None, :]
     second = xp.einsum("...k,...kij->...ij", weights, own + away[..., :, None] * away[..., None, :])
     shape = xp.broadcast_shapes(mass.shape, second.shape[:-2])
     mass = xp.broadcast_to(mass, shape)
     return Body(
         mass,
-        xp.broadcast_to(centre, (*shape, 3)),
+        xp.broadcast_to(start[..., 0, 0, :] + centre, (*shape, 3)),
         mass[..., None, None] * inertia_from_second_moment(xp.broadcast_to(second, (*shape, 3, 3))),
     )

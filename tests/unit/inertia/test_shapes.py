@@ -387,10 +387,12 @@ def test_a_size_that_cannot_be_is_named_as_in_the_signature(name):
 
 
 def test_polygons_far_away_and_either_way_round_keep_their_digits():
-    near = shapes.polygon_plate(1.0, POLYGON)
-    far = shapes.polygon_plate(1.0, POLYGON[::-1] + 2.0**20)
-    np.testing.assert_allclose(far.inertia, near.inertia, rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(far.centre[:2] - 2.0**20, near.centre[:2], rtol=1e-9)
+    corners = np.round(POLYGON * 1024) / 1024  # which are moved without rounding
+    near = shapes.polygon_plate(1.0, corners)
+    for away in (2.0**20, 2.0**40):
+        far = shapes.polygon_plate(1.0, corners[::-1] + away)
+        np.testing.assert_allclose(far.inertia, near.inertia, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(far.centre[:2], near.centre[:2] + away, rtol=2e-16)
 
 
 @pytest.mark.parametrize("size", [1e18, 1e-18])  # whose squares are numbers of single precision
