@@ -60,10 +60,11 @@ class Braking:
 
         ValueError for a rate that is not positive.
         """
-        share = np.asarray(angular_velocity, dtype=float) / self.angular_velocity
-        if not (np.isfinite(share).all() and (share > 0).all()):
+        reached, start = np.asarray(angular_velocity, dtype=float), self.angular_velocity
+        if not (np.isfinite(reached).all() and (reached > 0).all()):
             raise ValueError(f"a rate that is reached must be positive and finite, not {angular_velocity}")
-        end = np.log(share)
+        # ln(reached/start), also where they are nearly equal
+        end = np.sign(reached - start) * np.log1p(abs(reached - start) / np.minimum(reached, start))
         # In ln Omega the integrand is smooth and monotone: panels of less than half an e-fold of it.
         panels = max(1, math.ceil(2 * float(np.max(np.abs(end))) * max(1.0, *map(abs, self.indices))))
         edges = np.linspace(0.0, 1.0, panels + 1)

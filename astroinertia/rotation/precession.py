@@ -315,7 +315,8 @@ def mutual_precession_rate(node_rate: Array, orbital_angular_momentum: Array, sp
     1.0
     """
     orbit, spin = np.asarray(orbital_angular_momentum, dtype=float), np.asarray(spin_angular_momentum, dtype=float)
-    total = np.sqrt(orbit**2 + spin**2 + 2 * orbit * spin * np.cos(inclination))
+    # By the half of the angle, so that two that nearly cancel leave what they must.
+    total = np.sqrt((orbit - spin) ** 2 + 4 * orbit * spin * np.cos(np.asarray(inclination) / 2) ** 2)
     return np.asarray(node_rate) * total / spin
 
 

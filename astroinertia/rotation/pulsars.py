@@ -159,8 +159,9 @@ def true_age(period: Array, period_derivative: Array, period_at_birth: Array, br
     >>> print(f"{age / 3.15576e7:.0f} yr")
     982 yr
     """
-    period = positive_period(period)
-    spread = np.log(period / positive_period(period_at_birth, "period_at_birth"))
+    period, birth = positive_period(period), positive_period(period_at_birth, "period_at_birth")
+    # ln(P/P_0), also where they are nearly equal
+    spread = np.sign(period - birth) * np.log1p(abs(period - birth) / np.minimum(period, birth))
     return period / period_derivative * spread * exprel(-(np.asarray(braking_index) - 1) * spread)
 
 

@@ -23,6 +23,13 @@ def test_one_torque_is_the_power_law(n):
     np.testing.assert_allclose(star.index(rates), n, atol=1e-12)
 
 
+def test_a_short_time_has_all_its_digits():
+    """(1 - x)^-2 - 1 = 2 x + 3 x^2 + ..., of a rate that is x less than at the start."""
+    x = 2.0**-30
+    star = braking.Braking(64.0, -1e-9, (3.0,), (1.0,))
+    assert star.time_to(64.0 * (1 - x)) == pytest.approx(64.0 / 1e-9 * (x + 1.5 * x**2), rel=1e-14)
+
+
 def test_a_mixture_drifts_to_its_lowest_index():
     star = braking.Braking(OMEGA, SLOWING, (1.0, 3.0, 5.0), (0.2, 0.7, 0.1))
     assert star.index(OMEGA) == pytest.approx(0.2 + 3 * 0.7 + 5 * 0.1)

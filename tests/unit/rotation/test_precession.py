@@ -165,6 +165,9 @@ def test_orbit_and_spin_go_round_their_sum_together():
     total = orbit + spin
     about = precession.mutual_precession_rate(0.01, 3.0, 2.0, np.arccos(0.8))
     np.testing.assert_allclose(about * np.cross(total / np.linalg.norm(total), orbit), rate, rtol=1e-14, atol=1e-16)
+    # Two as large that lie nearly against each other leave 2 cos(i/2) of one.
+    nearly = np.pi - 1e-6
+    assert precession.mutual_precession_rate(1.0, 3.0, 3.0, nearly) == pytest.approx(1e-6, rel=1e-9)
 
 
 def test_saturn_precesses_with_titan():

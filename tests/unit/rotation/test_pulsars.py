@@ -80,6 +80,16 @@ def test_history_obeys_its_law_for_any_index(n):
     assert found == pytest.approx(n, abs=1e-11)
 
 
+def test_a_short_age_has_all_its_digits():
+    """1 - (1 - x)^2 = 2 x - x^2 and -ln(1 - x) = x + x^2/2 + ..., of a period that is x longer than at birth."""
+    x, period = 2.0**-30, 2.0**-5
+    for n, turns in ((3.0, x - x**2 / 2), (1.0, x + x**2 / 2)):
+        age = pulsars.true_age(period, DOT, period * (1 - x), n)
+        assert age == pytest.approx(period / DOT * turns, rel=1e-15)
+        back = pulsars.true_age(period * (1 - x), DOT, period, n)  # what has yet to come is negative
+        assert back == pytest.approx(-period * (1 - x) / DOT * (x + x**2 * (1.5 if n == 3 else 0.5)), rel=1e-15)
+
+
 def test_measured_indices():
     n = 2.84
     second = (2 - n) * DOT**2 / P
