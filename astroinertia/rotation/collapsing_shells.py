@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.special import expit, logit
 
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.spin_scaling import centrifugal_radius
@@ -19,6 +20,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT
 Array = Any
 
 _NODES = 160
+_FINE = 4096  # places in the mass, at least, at which the spectrum of j knows it
 _REACH = 3.0  # of the double exponential rule: its last nodes are 2e-14 of the mass from the ends
 
 
@@ -117,19 +119,33 @@ class Shells:
         bound = np.asarray(specific_angular_momentum, dtype=float)[..., None]
         if (bound < 0).any():
             raise ValueError("the spectrum is of specific angular momenta that are not negative")
-        highest = np.abs(self.equatorial_specific_angular_momentum)
-        edges = np.cumsum(self.mass) / self.mass.sum()
-        middles = edges - 0.5 * self.mass / self.mass.sum()
-        bounds = np.interp(np.concatenate([[0.0], edges]), middles, highest)
-        low, high = np.minimum(bounds[1:], bounds[:-1]), np.maximum(bounds[1:], bounds[:-1])
-        # Within a shell the highest j is linear in the mass, so that the square root is integrated in closed form.
+        share, highest = self._spread()
+        low, high = np.minimum(highest[1:], highest[:-1]), np.maximum(highest[1:], highest[:-1])
+        # In between the highest j is linear in the mass, so that the square root is integrated in closed form.
         wide = high - low > 1e-9 * high
         width = np.where(wide, high - low, 1.0)
         above = (_root_integral(high, bound) - _root_integral(low, bound)) / width
         with np.errstate(divide="ignore", invalid="ignore"):
-            narrow = np.sqrt(np.clip(1 - bound / highest, 0.0, 1.0))
-        narrow = np.where(highest > 0, narrow, 0.0)
-        return (1 - np.where(wide, above, narrow)) @ self.mass
+            narrow = np.sqrt(np.clip(1 - bound / high, 0.0, 1.0))
+        narrow = np.where(high > 0, narrow, 0.0)
+        return (1 - np.where(wide, above, narrow)) @ (self.mass.sum() * np.diff(share))
+
+    def _spread(self) -> tuple[np.ndarray, np.ndarray]:
+        """Shares of the mass, from 0 to 1, and the highest j of the shell that holds each inside, (K,).
+
+        Between the given shells by monotone cubics in ln(m/(M - m)): in that the j of a sphere is smooth, also where it
+        goes as m^(2/3) at the centre, and as a power of M - m at the surface.
+        """
+        from scipy.interpolate import PchipInterpolator  # only here: who builds a run need not wait for it
+
+        share, at = np.unique(self.enclosed_mass / self.mass.sum(), return_index=True)
+        at, share = at[share < 1], share[share < 1]  # the last shells may be no more than a rounding of the mass
+        place, highest = logit(share), np.abs(self.equatorial_specific_angular_momentum)[at]
+        if len(place) > 1:
+            parts = -(-_FINE // len(place))
+            fine = np.interp(np.arange((len(place) - 1) * parts + 1) / parts, np.arange(len(place)), place)
+            share, highest = expit(fine), PchipInterpolator(place, highest)(fine)
+        return np.concatenate([[0.0], share, [1.0]]), np.concatenate([highest[:1], highest, highest[-1:]])
 
     @with_quantities()
     def disc_mass_inside(self, radius: Array) -> np.ndarray:

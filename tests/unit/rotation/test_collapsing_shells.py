@@ -43,9 +43,13 @@ def test_the_spectrum_is_mestels_and_the_same_after_any_collapse():
     before = shells_of(UNIFORM, 0.5, 400, 1.0)
     j = np.linspace(0.0, 6.0, 50)
     exact = 2.0 * (1 - (1 - np.minimum(j / 4.5, 1)) ** 1.5)
-    np.testing.assert_allclose(before.spectrum(j), exact, atol=1e-4)
-    errors = [np.abs(shells_of(UNIFORM, 0.5, count, 1.0).spectrum(j) - exact).max() for count in (100, 400)]
-    assert errors[1] < errors[0] / 8  # second order
+    np.testing.assert_allclose(before.spectrum(j), exact, atol=2e-7)
+    errors = [np.abs(shells_of(UNIFORM, 0.5, count, 1.0).spectrum(j) - exact).max() for count in (20, 80)]
+    assert errors[1] < errors[0] / 64  # third order
+    # Where hardly any matter has so little, near the axis: of 160 shells.
+    low = 4.5 * np.array([1e-6, 1e-3, 0.1])
+    exact = 2.0 * (1 - (1 - low / 4.5) ** 1.5)
+    np.testing.assert_allclose(shells_of(UNIFORM, 0.5, gravitational_constant=1.0).spectrum(low), exact, rtol=1e-5)
     after = before.collapsed(0.01 * before.radius**1.7)
     np.testing.assert_allclose(after.spectrum(j), before.spectrum(j), rtol=1e-13)
     assert before.spectrum(np.array(0.0)) == 0.0 and before.spectrum(1e9) == pytest.approx(2.0)
@@ -86,7 +90,7 @@ def test_the_disc_of_a_cloud():
     edge = 0.05**2 * 3.0**4 / 2.0  # Omega^2 R^4/(G M)
     radius = np.linspace(0.0, 1.5, 31) * edge
     exact = 2.0 * (1 - (1 - np.minimum(np.sqrt(radius / edge), 1)) ** 1.5)  # Mestel's, with j^2 = G M R
-    np.testing.assert_allclose(cloud.disc_mass_inside(radius), exact, atol=1e-4)
+    np.testing.assert_allclose(cloud.disc_mass_inside(radius), exact, atol=2e-7)
     # Terebey, Shu & Cassen's: 0.5 solar masses, 1e-14 /s and 0.2 km/s give some tens of au.
     expected = isothermal_disc_radius(1e30, 1e-14, 200.0)
     assert expected == pytest.approx((6.6743e-11 * 1e30) ** 3 * 1e-28 / (16 * 200.0**8), rel=1e-12)
