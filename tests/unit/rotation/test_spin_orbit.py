@@ -31,13 +31,12 @@ def test_asphericity_does_not_mind_the_order():
 
 
 @pytest.mark.slow
-def test_the_section_is_the_motion():
-    e, size = 0.3, 0.6
-
+@pytest.mark.parametrize(("e", "size", "error"), [(0.3, 0.6, 1e-8), (0.9, 0.2, 1e-4)])
+def test_the_section_is_the_motion(e, size, error):
     def rate(anomaly, state):
-        eccentric = anomaly
-        for _ in range(50):
-            eccentric = anomaly + e * np.sin(eccentric)
+        eccentric = anomaly + e * np.sin(anomaly)
+        for _ in range(30):
+            eccentric -= (eccentric - e * np.sin(eccentric) - anomaly) / (1 - e * np.cos(eccentric))
         distance = 1 - e * np.cos(eccentric)
         true = 2 * np.arctan(np.sqrt((1 + e) / (1 - e)) * np.tan(eccentric / 2))
         return state[1], -0.5 * size**2 / distance**3 * np.sin(2 * (state[0] - true))
@@ -47,8 +46,8 @@ def test_the_section_is_the_motion():
     for steps in (48, 96):
         found = spin_orbit.surface_of_section(e, size, 0.4, 1.2, 3, steps)
         errors.append(abs(found.rate[-1] - exact[1]))
-        assert np.remainder(found.angle[-1] - exact[0] + 0.5, np.pi) == pytest.approx(0.5, abs=1e-4)
-    assert errors[1] < 1e-6 and np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.7)
+    assert np.remainder(found.angle[-1] - exact[0] + 0.5, np.pi) == pytest.approx(0.5, abs=1e-4)
+    assert errors[1] < error and np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.7)
 
 
 def test_the_width_of_a_resonance_is_that_of_the_section():
