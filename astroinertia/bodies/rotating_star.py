@@ -24,6 +24,7 @@ from astroinertia.process.quantities import with_quantities
 from astroinertia.process.roots import root_between
 
 RESOLUTIONS = (Resolution(8, 48, 48), Resolution(24, 96, 96))  # the second where the first does not do
+_RAYS, _CELLS = 32, 400  # from the centre to the equatorial radius (to a ring more: some just touch it); their pieces
 _STEP = 0.1  # of the axis ratio from member to member of a sequence
 _VIRIAL_ERROR = 1e-3  # the largest that is accepted, where matter has kinks or is narrower than the elements
 _FLATTEST = 0.05  # axis ratio to which sequences are followed
@@ -35,6 +36,20 @@ _PROPERTIES = {
     "spin": "angular_velocity", "period": "angular_velocity", "breakup_fraction": "keplerian_fraction",
     "t_over_w": "rotational_to_gravitational", "angular_momentum": "angular_momentum",
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Pieces of rays through a star: the lowest and the highest level in each, its volume and its mass, (K,)."""
+
+    low: np.ndarray
+    high: np.ndarray
+    volume: np.ndarray
+    mass: np.ndarray
+
+    def share_above(self, level: float) -> np.ndarray:
+        """The share of each that lies above a level, (K,)."""
+        return np.clip((self.high - level) / np.maximum(self.high - self.low, 1e-300), 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,21 +213,30 @@ class RotatingStar(EquilibriumFigure):
         return self.angular_velocity * self.rotation_law.rate(w)
 
     def level_enclosing(self, fraction: float) -> float:
-        """The enthalpy over its maximum above which a fraction of the mass lies, to the mass of a quadrature node."""
-        field = self.field
-        mass = (field.mesh.volume_weight[:, None] * field.weight * field.matter.density(field.level)).ravel()
-        order = np.argsort(-field.level.ravel())
-        above = np.cumsum(mass[order]) - 0.5 * mass[order]
-        return float(np.interp(fraction * mass.sum(), above, field.level.ravel()[order]))
+        """The enthalpy over its maximum above which a fraction of the mass lies; the radius there to some 1e-5."""
+        mass = self._cells.mass
+
+        def beyond(level: float) -> float:
+            return float(self._cells.share_above(level) @ mass) - fraction * total
+
+        total = float(self._cells.share_above(0.0) @ mass)
+        return root_between(beyond, 0.0, 1.0, 1e-12) if 0 < fraction < 1 else float(fraction <= 0)
 
     def mean_radius_enclosing(self, fraction: float) -> float:
-        """Radius of the sphere as large as what lies above `level_enclosing`, to the volume of a quadrature node."""
-        field = self.field
-        volume = (field.mesh.volume_weight[:, None] * field.weight).ravel()
-        order = np.argsort(-field.level.ravel())
-        above = np.cumsum(volume[order]) - 0.5 * volume[order]
-        size = np.interp(-self.level_enclosing(fraction), -field.level.ravel()[order], above)
+        """Radius of the sphere as large as what lies above `level_enclosing`; to some 1e-5 (of a ring 1e-4)."""
+        size = self._cells.share_above(self.level_enclosing(fraction)) @ self._cells.volume
         return self.equatorial_radius * float(3 * size) ** (1 / 3)
+
+    @cached_property
+    def _cells(self) -> "_Cells":
+        nodes, weights = np.polynomial.legendre.leggauss(_RAYS if self.polar_radius else 8 * _RAYS)
+        cosine, radius = 0.5 + 0.5 * nodes, np.linspace(0.0, 1.0, _CELLS + 1)[:, None]
+        level = self.level(radius * self.equatorial_radius * np.sqrt(1 - cosine**2),
+                           radius * self.equatorial_radius * cosine)  # fmt: skip
+        low, high = np.minimum(level[1:], level[:-1]).ravel(), np.maximum(level[1:], level[:-1]).ravel()
+        volume = (0.5 * weights * np.diff(radius**3, axis=0) / 3).ravel()
+        density = self.field.matter.density(np.maximum(0.5 * (np.maximum(low, 0.0) + high), 0.0))
+        return _Cells(low, high, volume, volume * density)
 
     @property
     def _energy_unit(self) -> float:

@@ -161,6 +161,21 @@ def test_levels_mark_the_surface_and_nothing_is_beyond():
     assert (ring.polar_radius, ring.inner_radius) == (0.0, 0.5)
 
 
+@pytest.mark.slow
+def test_radii_that_enclose_shares_of_the_mass():
+    shares = np.array([0.01, 0.1, 0.5, 0.9, 0.99])
+    for index in (1.0, 3.0):
+        star = rotating_star(polytropic_matter(index), 1.0, mass=2.0, equatorial_radius=3.0)
+        found = [star.mean_radius_enclosing(share) for share in shares]
+        np.testing.assert_allclose(found, Polytrope(index, 2.0, 3.0).radius_enclosing(2.0 * shares), rtol=5e-5)
+    liquid = rotating_star(polytropic_matter(0.0), 0.7)
+    found = np.array([liquid.mean_radius_enclosing(share) for share in (*shares, 1.0)])
+    np.testing.assert_allclose(found, liquid.mean_radius * np.append(shares, 1.0) ** (1 / 3), rtol=1e-5)
+    ring = rotating_star(polytropic_matter(1.5), -0.5)
+    assert ring.mean_radius_enclosing(1.0) == pytest.approx(ring.mean_radius, rel=1e-4)
+    assert (ring.level_enclosing(0.0), ring.level_enclosing(1.0)) == (1.0, 0.0)
+
+
 @pytest.mark.full
 @pytest.mark.parametrize(
     ("quantity", "value"),
