@@ -3,15 +3,18 @@
 Three formats are recognized by what the file holds:
 
     MESA    profile.data: a line of numbers 1 2 3 ..., one of names and one of values of the whole star, an empty line,
-            then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun)
+            then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun,
+            which are msun and rsun among the values of the whole star, where these have them)
     KEPLER  presupernova files of Woosley & Heger: names such as "cell outer total mass" at least two blanks apart, then
-            "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there)
+            "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there); a last row without a
+            radius is the wind
     CSV     names with units in the first line that is not a comment (#), or in the comment right before numbers, such
             as "radius (km), mass [Msun], omega (rad/s)"; rows either way round
 
 Radius and enclosed mass are those of the outer edge of a shell, as these codes have them, and so are angular velocities
 of MESA and specific angular momenta; the density of a shell is its mass over its volume, and a column of densities is
-what that is checked against. Tests:
+what that is checked against. Rows of one and the same mass, as rounded numbers have at a star's surface, are one shell
+out to the outermost. Tests:
 tests/unit/sph/test_progenitor.py.
 """
 
@@ -33,13 +36,15 @@ FEWEST_SHELLS = 8
 MAX_LINE = 2**16  # characters; MESA writes some 40 a column, and may have hundreds
 _SAME_DENSITY = 0.2  # of ln rho, between mass over volume and the table's own: wrong units are farther off
 _GRAM, _CM = 1e-3, 1e-2
+_MAX_HEAD = 100  # lines of comments before the names; KEPLER's own writer has some twenty
 
 # Names in a file, and what a number there is in SI: a factor, or a pair for what is the logarithm of a number.
 MESA = {
-    "mass": ("mass", SOLAR_MASS),
-    "radius": ("radius", SOLAR_RADIUS),
-    "logR": ("radius", (SOLAR_RADIUS,)),
+    "mass_grams": ("mass", _GRAM),
     "radius_cm": ("radius", _CM),
+    "logR_cm": ("radius", (_CM,)),
+    "radius_km": ("radius", 1e3),
+    "density": ("density", 1e3),
     "rho": ("density", 1e3),
     "logRho": ("density", (1e3,)),
     "logD": ("density", (1e3,)),
@@ -53,6 +58,13 @@ MESA = {
     "log_omega": ("omega_of_edge", (1.0,)),
     "j_rot": ("specific_angular_momentum", 1e-4),
     "log_j_rot": ("specific_angular_momentum", (1e-4,)),
+}
+_OF_THE_SUN = {  # by the values of the whole star that say how much that is, in cgs
+    "mass": ("mass", "msun"),
+    "logM": ("mass", "msun"),
+    "log_mass": ("mass", "msun"),
+    "radius": ("radius", "rsun"),
+    "logR": ("radius", "rsun"),
 }
 KEPLER = {
     "cell outer total mass": ("mass", _GRAM),
@@ -191,7 +203,7 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
         with path.open(encoding="utf-8-sig") as file:
             lines = list(itertools.islice(iter(lambda: file.readline(MAX_LINE + 1), ""), MAX_SHELLS + 101))
     except UnicodeDecodeError:
-        raise SceneError(f"stellar profile {name} is not text") from None
+        raise SceneError(f"stellar profile {name} is not text; unpack it first if it is compressed") from None
     if any(len(line) > MAX_LINE for line in lines):
         raise SceneError(f"stellar profile {name} has a line of more than {MAX_LINE} characters")
     if len(lines) > MAX_SHELLS + 100:
@@ -207,13 +219,25 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
 def _columns(path: Path, lines: list[str]) -> Columns:
     if path.suffix.lower() == ".csv":
         return _csv(lines)
-    for number, line in enumerate(lines[:10]):
+    for number, line in enumerate(lines[:_MAX_HEAD]):
         if "cell outer total mass" in line:
             return _kepler(line, lines[number + 1 :])
     first = lines[0].split() if lines else []
     if len(lines) > 6 and first and first == [str(k + 1) for k in range(len(first))]:
-        return _recognised(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], MESA)
+        return _recognised(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], _mesa(lines))
     raise ValueError("this is none of the known formats: a MESA profile.data, a KEPLER presupernova file, or a .csv")
+
+
+def _mesa(lines: list[str]) -> dict:
+    """MESA, with what the file says of the Sun, whose mass in versions of MESA differs by up to 4e-4."""
+    said = dict(zip(lines[1].split(), lines[2].split(), strict=False))
+    sun = {"msun": SOLAR_MASS, "rsun": SOLAR_RADIUS}
+    for name, unit in (("msun", _GRAM), ("rsun", _CM)):
+        if name in said and (values := _numbers([said[name]], name)) is not None:
+            sun[name] = float(values[0]) * unit
+    return MESA | {
+        name: (kind, (sun[of],) if name.startswith("log") else sun[of]) for name, (kind, of) in _OF_THE_SUN.items()
+    }
 
 
 def _kepler(header: str, lines: list[str]) -> Columns:
@@ -227,6 +251,9 @@ def _kepler(header: str, lines: list[str]) -> Columns:
     short = next((k for k, row in enumerate(rows) if len(row) < wanted), None)
     if short is not None:
         raise ValueError(f"row {short + 1} has {len(rows[short])} values, fewer than the {wanted} that are read")
+    outer = names.index("cell outer radius") if "cell outer radius" in names else None
+    if outer is not None and rows and not rows[-1][outer].strip("-"):  # the wind has a mass and no radius
+        rows = rows[:-1]
     return _recognised(names[:wanted], [row[:wanted] for row in rows], KEPLER)
 
 
@@ -302,27 +329,33 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     for name, values in columns.items():
         if not np.isfinite(values).all() or np.abs(values).max() > 1e200:
             raise ValueError(f"{name} of row {int(np.argmin(np.isfinite(values))) + 1} is not finite, or too large")
+    rows = np.arange(count) + 1  # as the file has them, for what is said of them
     if columns["radius"][0] > columns["radius"][-1]:
-        columns = {name: values[::-1] for name, values in columns.items()}
+        columns, rows = {name: values[::-1] for name, values in columns.items()}, rows[::-1]
     if columns["radius"][0] == 0.0:  # a row for the centre itself is no shell
-        columns = {name: values[1:] for name, values in columns.items()}
+        columns, rows = {name: values[1:] for name, values in columns.items()}, rows[1:]
+    if "mass" in columns and (outermost := np.append(np.diff(columns["mass"]) != 0.0, True)).sum() >= FEWEST_SHELLS:
+        columns, rows = {name: values[outermost] for name, values in columns.items()}, rows[outermost]
+
+    def refuse_where(wrong: np.ndarray, what: str) -> None:
+        if wrong.any():
+            raise ValueError(what.format(f"row {rows[int(np.argmax(wrong))]}"))
+
     radius = columns["radius"]
-    if not radius[0] > 0 or (np.diff(radius) <= 0).any():
-        raise ValueError(f"the radius does not rise at row {int(np.argmax(np.diff(radius, prepend=0.0) <= 0)) + 1}")
+    refuse_where(np.diff(radius, prepend=0.0) <= 0, "the radius does not rise at {}")
     volume = 4 / 3 * np.pi * np.diff(radius**3, prepend=0.0)
-    if "density" in columns and (columns["density"] <= 0).any():
-        row = int(np.argmax(columns["density"] <= 0)) + 1
-        raise ValueError(f"density of row {row} is not positive: it is that of the shell out to the row's radius")
+    if "density" in columns:
+        outside = "density of {} is not positive: it is that of the shell out to the row's radius"
+        refuse_where(columns["density"] <= 0, outside)
     if "mass" not in columns:
         columns["mass"] = np.cumsum(columns["density"] * volume)
     mass = columns["mass"]
-    if not mass[0] > 0 or (np.diff(mass) <= 0).any():
-        raise ValueError(f"the mass does not rise at row {int(np.argmax(np.diff(mass, prepend=0.0) <= 0)) + 1}")
+    refuse_where(np.diff(mass, prepend=0.0) <= 0, "the mass does not rise at {}")
     if "density" in columns:
         _same_density(columns["density"], np.diff(mass, prepend=0.0) / volume)
     for name in ("pressure", "temperature", "internal_energy"):
-        if name in columns and (columns[name] <= 0).any():
-            raise ValueError(f"{name} of row {int(np.argmax(columns[name] <= 0)) + 1} is not positive")
+        if name in columns:
+            refuse_where(columns[name] <= 0, name + " of {} is not positive")
     pressure = columns.get("pressure")
     if pressure is None and "temperature" in columns and molecular_weight is not None:
         density = np.diff(mass, prepend=0.0) / volume

@@ -14,7 +14,7 @@ from astroinertia.errors import SceneError
 from astroinertia.scene import load
 from astroinertia.scene.plan import code_units, plan
 from astroinertia.sph.progenitor import read_progenitor
-from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT, SOLAR_MASS
+from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, GRAVITATIONAL_CONSTANT, SOLAR_MASS, SOLAR_RADIUS
 
 ROOT = Path(__file__).parents[3]
 MESA, KEPLER = ROOT / "data" / "example_mesa_profile.data", ROOT / "data" / "example_kepler_presn"
@@ -83,6 +83,96 @@ def test_a_profile_of_mesa_with_the_logarithm_of_angular_momentum_turns(tmp_path
     turned.write_text("\n".join([*head, *(" ".join(row) for row in rows)]))
     expected = read_progenitor(MESA).angular_velocity
     np.testing.assert_allclose(read_progenitor(turned).angular_velocity, expected, rtol=1e-9)
+
+
+def mesa_file(file, columns, said=None):
+    """The example as MESA writes it with other columns, and with more values of the whole star."""
+    said = {"model_number": "1", "num_zones": "160", **(said or {})}
+    rows = [" ".join(map(str, row)) for row in zip(*(values[::-1] for values in columns.values()), strict=True)]
+    head = [" ".join(str(k + 1) for k in range(len(table))) + "\n" + " ".join(table) for table in (said, columns)]
+    file.write_text("\n".join([head[0], " ".join(said.values()), "", head[1], *rows, ""]))
+    return file
+
+
+def example_columns():
+    star = read_progenitor(MESA)
+    return {
+        "mass": star.mass / SOLAR_MASS,
+        "logM": np.log10(star.mass / SOLAR_MASS),
+        "log_mass": np.log10(star.mass / SOLAR_MASS),
+        "mass_grams": star.mass * 1e3,
+        "radius": star.radius / SOLAR_RADIUS,
+        "logR": np.log10(star.radius / SOLAR_RADIUS),
+        "radius_cm": star.radius * 1e2,
+        "logR_cm": np.log10(star.radius * 1e2),
+        "radius_km": star.radius / 1e3,
+        "density": star.density / 1e3,
+    }
+
+
+@pytest.mark.parametrize("mass", ["mass", "logM", "log_mass", "mass_grams"])
+@pytest.mark.parametrize("radius", ["radius", "logR", "radius_cm", "logR_cm", "radius_km"])
+def test_a_profile_of_mesa_has_mass_and_radius_by_any_of_their_names(tmp_path, mass, radius):
+    columns = example_columns()
+    found = read_progenitor(mesa_file(tmp_path / "profile.data", {name: columns[name] for name in (radius, mass)}))
+    same = read_progenitor(MESA)
+    np.testing.assert_allclose(found.mass, same.mass, rtol=1e-13)
+    np.testing.assert_allclose(found.radius, same.radius, rtol=1e-13)
+
+
+def test_densities_of_a_profile_of_mesa_may_be_called_so(tmp_path):
+    columns = example_columns()
+    found = read_progenitor(mesa_file(tmp_path / "profile.data", {n: columns[n] for n in ("density", "radius_km")}))
+    np.testing.assert_allclose(found.mass, read_progenitor(MESA).mass, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("mass", "radius"), [("mass", "radius"), ("logM", "logR")])
+def test_a_profile_of_mesa_says_how_much_the_sun_is(tmp_path, mass, radius):
+    """Versions differ by 4e-4; numbers in grams and centimetres don't depend on it."""
+    columns, said = example_columns(), {"version_number": '"10398"', "msun": "1.9892D+33", "rsun": "6.9598E+010"}
+    found = read_progenitor(mesa_file(tmp_path / "one", {name: columns[name] for name in (mass, radius)}, said))
+    same = read_progenitor(MESA)
+    np.testing.assert_allclose(found.mass, same.mass * 1.9892e30 / SOLAR_MASS, rtol=1e-13)
+    np.testing.assert_allclose(found.radius, same.radius * 6.9598e8 / SOLAR_RADIUS, rtol=1e-13)
+    in_cgs = {name: columns[name] for name in ("mass_grams", "radius_cm")}
+    np.testing.assert_allclose(read_progenitor(mesa_file(tmp_path / "two", in_cgs, said)).mass, same.mass, rtol=1e-13)
+
+
+@pytest.mark.parametrize("wind", ["# wind", "wind:", "161"])
+def test_what_keplers_own_writer_puts_around_the_cells(tmp_path, wind):
+    """Two dozen lines about the model, a line of units, and the wind, which has a mass but no radius."""
+    _, head, *rows = KEPLER.read_text().splitlines()
+    names = re.split(r"\s{2,}", head.strip().removeprefix("grid").strip())
+    lines = ["# VERSION  10104", *(f"# {'UUID':<25s} {k}" for k in range(22)), "#"]
+    lines.append("# grid" + "".join(f"{name:>25}" for name in names))
+    lines.append("# unit" + "".join(f"{unit:>25}" for unit in ("g", "cm", "cm/sec", "g/cm**3")))
+    lines += [row.replace(":", " ") for row in rows] + [wind + f"{5e33:>25.17e}" + f"{'-':>25}" * (len(names) - 1)]
+    file = tmp_path / "star@presn"
+    file.write_text("\n".join(lines) + "\n\n")
+    star, same = read_progenitor(file), read_progenitor(KEPLER)
+    for column in ("mass", "radius", "pressure", "internal_energy", "angular_velocity"):
+        np.testing.assert_array_equal(getattr(star, column), getattr(same, column))
+
+
+def test_shells_whose_masses_are_rounded_to_one_number_are_one_shell(tmp_path):
+    """Near the surface of a table of few digits: I is then known to half a unit of the last at the surface."""
+    columns, same = example_columns(), read_progenitor(MESA)
+    columns["mass"] = np.array([float(f"{mass:.3g}") for mass in columns["mass"]])
+    rounded = mesa_file(tmp_path / "profile.data", {name: columns[name] for name in ("radius_cm", "mass", "density")})
+    found = read_progenitor(rounded)
+    assert np.unique(columns["mass"]).size == found.mass.size < same.mass.size
+    assert found.mass[-1] == pytest.approx(same.mass[-1], rel=1e-13)
+    assert found.radius[-1] == pytest.approx(same.radius[-1], rel=1e-13)
+    half_a_unit = 2 / 3 * 0.005 * SOLAR_MASS * same.radius[-1] ** 2
+    assert abs(found.moment_of_inertia - same.moment_of_inertia) < half_a_unit
+
+
+def test_a_wrong_row_is_that_of_the_file_whichever_way_round(tmp_path):
+    columns = {name: values.copy() for name, values in example_columns().items() if name in ("radius", "mass")}
+    columns["mass"][-3] = columns["mass"][-1]  # the third from the surface, and so the third row
+    file = mesa_file(tmp_path / "profile.data", columns)
+    with pytest.raises(SceneError, match=r"the mass does not rise at row 2$"):
+        read_progenitor(file)
 
 
 def test_committed_files_are_what_the_program_writes(tmp_path):
