@@ -62,12 +62,19 @@ class ProfileBody(Unknown, Stretched):
         lines: list[PlanLine] = [
             ("kind", f"profile from {self.file}", part),
             ("shells", f"{shells.mass.size}", f"{scene.shown(mass, 'mass')} within {scene.shown(radius, 'length')}"),
+            (
+                "moment of inertia",
+                scene.shown(shells.moment_of_inertia, "moment_of_inertia"),
+                f"{shells.moment_of_inertia / (mass * radius**2):.6g} M R^2",
+            ),
             ("particles", f"{self.particles}"),
         ]
         if self.rotation is None and shells.angular_velocity is None:
             lines.append(("shells turn", "no", "the file tells no rotation"))
         elif self.rotation is None:
-            lines.append(("shells turn", f"{self.rotation_factor:g} times as fast as the file says", "about z"))
+            mean = self.rotation_factor * shells.angular_momentum / shells.moment_of_inertia
+            turn = f"about z, in the mean (L/I) at {mean:.6g} rad/s"
+            lines.append(("shells turn", f"{self.rotation_factor:g} times as fast as the file says", turn))
         return [*lines, ("placement", self.placement, f"seed {self.seed}, not settled first")]
 
 

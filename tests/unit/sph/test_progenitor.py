@@ -358,6 +358,20 @@ def test_scenes_that_cannot_be_are_refused(change, message):
     assert message in str(refused.value)
 
 
+def test_the_plan_says_the_moment_ratio_and_the_mean_spin_of_the_profile():
+    """Of the whole star: those of the n = 3 polytrope, and twice the file's L over I."""
+    scene = load.loads(SCENE.replace("FILE", str(KEPLER)).replace('inner_mass = "1.4 Msun"', "rotation_factor = 2.0"))
+    lines = {line[0]: line[1:] for line in scene.body.describe(scene)}
+    assert float(lines["moment of inertia"][0].removesuffix(" kg m2")) == pytest.approx(
+        STAR.moment_of_inertia, rel=4e-4
+    )
+    ratio = STAR.moment_of_inertia / (STAR.mass * STAR.radius**2)
+    assert float(lines["moment of inertia"][1].removesuffix(" M R^2")) == pytest.approx(ratio, rel=4e-4)
+    star = read_progenitor(KEPLER)
+    rate = lines["shells turn"][1].removeprefix("about z, in the mean (L/I) at ").removesuffix(" rad/s")
+    assert float(rate) == pytest.approx(2.0 * star.angular_momentum / star.moment_of_inertia, rel=1e-5)
+
+
 def test_the_plan_tells_of_the_profile():
     text = plan(scene_of(KEPLER)).text()
     assert "the inner 2.78377e+30 kg" in text and "1 times as fast as the file says" in text
