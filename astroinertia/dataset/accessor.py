@@ -62,6 +62,7 @@ class InertiaAccessor:
         dataset = opened.to_dataset() if isinstance(opened, xr.DataTree) else opened
         dataset = arranged.from_x_to_z(whole(arranged.along(in_seconds(dataset))))
         arranged.require_own_units(dataset)
+        arranged.require_room(dataset)
         self.dataset = dataset if swept(dataset) or "mass" not in dataset else reached(dataset)
 
     def __repr__(self) -> str:

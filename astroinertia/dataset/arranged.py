@@ -39,6 +39,12 @@ def along(dataset: xr.Dataset) -> xr.Dataset:
         if dim not in dataset["inertia_tensor"].dims:
             raise ValueError(f"inertia_tensor has no dimension {dim}: components are along i and j")
     schema = RECORDED | DERIVED
+    others = {dim for quantity in schema.values() for dim in quantity.dims} - {"time", "i", "j"}
+    if spread := sorted(others & {str(dim) for dim in dataset["inertia_tensor"].dims}):
+        raise ValueError(
+            f"inertia_tensor is along {spread[0]}, too, as a mask along it leaves it: "
+            f"mask what is along {spread[0]} alone, such as ds.work.where(...)"
+        )
     # A mask of times, as of Dataset.where, gives what is of the whole run, such as spectra, times as well.
     spread = [
         str(name)
@@ -60,6 +66,8 @@ def _way_to_times(tensor: xr.DataArray) -> str:
     if len(others) != 1:
         return "the accessor is for records of a run, not for what is made of them"
     (dim,) = others
+    if dim == "time":
+        return "those of its records have been lost, and ds.assign_coords(time=...) has them again"
     binned = hasattr(tensor.indexes.get(dim), "mid")  # as an index of intervals has
     bins = f".assign_coords({dim}=[bin.mid for bin in ds[{dim!r}].values])" if binned else ""
     return f"its records are along {dim}; where that is a time in seconds, ds{bins}.rename({dim}='time') has them"
@@ -127,6 +135,18 @@ def require_own_units(dataset: xr.Dataset) -> None:
         if stated not in ("1", own) and astropy_quantity(1.0, stated) != astropy_quantity(1.0, own):
             raise ValueError(
                 f"{name} is in {shown(stated)}; the accessor takes datasets in their own units, here {own}"
+            )
+
+
+def require_room(dataset: xr.Dataset) -> None:
+    """ValueError where numbers became infinite as they were made single precision: what follows would be NaN."""
+    for name in RECORDED | DERIVED:
+        if name not in dataset.variables or dataset[name].dtype.kind != "f" or dataset[name].dtype.itemsize >= 8:
+            continue
+        if bool(np.isinf(dataset[name]).any()):
+            raise ValueError(
+                f"{name} is infinite in {dataset[name].dtype}, which ends at {np.finfo(dataset[name].dtype).max:.2g}: "
+                "keep float64"
             )
 
 

@@ -122,7 +122,7 @@ def of_each_member(method: Callable[..., Any]) -> Callable[..., Any]:
             return method(accessor, *arguments, **options)
         arguments = tuple(_arranged(value, data, dims) for value in arguments)
         options = {name: _arranged(value, data, dims) for name, value in options.items()}
-        recorded = data["mass"].notnull().transpose(*dims, "time").values
+        recorded = data["inertia_tensor"].isel(i=0, j=0, drop=True).notnull().transpose(*dims, "time").values
         answers = {}
         for place in zip(*np.nonzero(recorded.any(axis=-1)), strict=True):
             at = dict(zip(dims, place, strict=True))

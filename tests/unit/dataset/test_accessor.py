@@ -161,6 +161,9 @@ def test_times_in_another_unit_are_refused(ds: xr.Dataset) -> None:
         (lambda ds: ds.rename(i="axis").inertia, "inertia_tensor has no dimension i: components are along i and j"),
         (lambda ds: ds.assign_coords(n=("time", np.arange(ds.sizes["time"]))).swap_dims(time="n").inertia,
          "the times are along n; the accessor takes records along time"),
+        (lambda ds: ds.max("time", keepdims=True, keep_attrs=True).inertia,
+         "the dataset has no times: those of its records have been lost, and ds.assign_coords(time=...) has them"),
+        (lambda ds: ds.where(ds.effect == ds.effect[0]).inertia, "inertia_tensor is along effect, too"),
         (lambda ds: ds.isel(time=[]).inertia.gravity_field(2), "nothing is recorded in this dataset"),
         (lambda ds: ds.inertia.quantity(3), "a series is a name or a DataArray, not something of the type int."),
         (lambda ds: ds.inertia.growth_rate("effect"), "effect does not vary along time."),
@@ -175,6 +178,18 @@ def test_what_a_dataset_has_lost_is_named(part: Any, sentence: str, ds: xr.Datas
     assert bare.about_axis().attrs["units"] == bare.quadrupole.attrs["units"] == "1"
     unnamed = ds.drop_attrs().assign_attrs(ds.attrs).inertia.strain(0.3)  # in SI, though no unit says so
     np.testing.assert_array_equal(unnamed.plus, ds.inertia.strain(0.3).plus)
+
+
+def test_single_precision_is_taken_where_it_holds_the_numbers(ds: xr.Dataset) -> None:
+    """Moments of a star in SI are beyond it, and were NaN without a word."""
+    with np.errstate(over="ignore"):
+        star = ds.astype("float32")
+    with pytest.raises(
+        ValueError, match=r"^angular_momentum is infinite in float32, which ends at 3.4e\+38: keep float64$"
+    ):
+        assert star.inertia
+    small = ds[["inertia_tensor"]] / 1e30
+    np.testing.assert_allclose(small.astype("float32").inertia.about_axis(), small.inertia.about_axis(), rtol=1e-6)
 
 
 def test_quantities_are_numbers_in_the_unit_of_the_dataset(ds: xr.Dataset) -> None:

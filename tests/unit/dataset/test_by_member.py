@@ -52,6 +52,14 @@ def sweep(runs):
     )
 
 
+def test_a_sweep_of_the_tensor_alone_is_asked_for_its_moments(sweep):
+    part = sweep[["inertia_tensor"]]
+    xr.testing.assert_identical(part.inertia.about_axis(), sweep.inertia.about_axis())
+    xr.testing.assert_identical(part.inertia.quadrupole, sweep.inertia.quadrupole)
+    with pytest.raises(AbsentError, match="this dataset has no 'mass'"):
+        part.inertia.radius_of_gyration()
+
+
 @pytest.mark.parametrize("name", ANSWERS)
 def test_every_member_has_its_own_answer(name, runs, sweep):
     found = ANSWERS[name](sweep.inertia)
