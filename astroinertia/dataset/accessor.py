@@ -17,6 +17,7 @@ from astroinertia.dataset.arranged import in_seconds, with_labels
 from astroinertia.dataset.axes import Axis, axis_text, directions
 from astroinertia.dataset.by_member import (
     begun,
+    earliest,
     must_be_of_one_run,
     must_have_times,
     of_each_member,
@@ -333,7 +334,7 @@ class InertiaAccessor:
         """
         # What a body that begins at rest has is round-off.
         momentum = np.linalg.norm(self._vectors("angular_momentum"), axis=1)
-        first = int(np.argmax(np.isfinite(momentum)))  # records before it were masked
+        first = earliest(self.dataset["time"], momentum)
         opening = self.spin_rate().values[first] if momentum[first] > self._least_momentum() else 0.0
         if law == "inertia":
             axes = self._momentum_axes()
@@ -562,10 +563,10 @@ class InertiaAccessor:
         z where there is none at the start, and that at the start where there is none later.
         """
         momenta = self._vectors("angular_momentum")
-        size, least = np.linalg.norm(momenta[0]), self._least_momentum()
-        axis = momenta[0] / size if size > least else np.eye(3)[2]
+        sizes, least = np.linalg.norm(momenta, axis=1), self._least_momentum()
+        first = earliest(self.dataset["time"], sizes)
+        axis = momenta[first] / sizes[first] if sizes[first] > least else np.eye(3)[2]
         sideways = np.linalg.norm(momenta - np.outer(momenta @ axis, axis), axis=1)
-        sizes = np.linalg.norm(momenta, axis=1)
         if np.nanmax(sideways) > max(_TURNED * np.nanmax(sizes), least):
             return None
         # A torque may bring it almost to rest, when what is left of it sideways says nothing of the axis.

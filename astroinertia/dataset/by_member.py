@@ -46,6 +46,11 @@ def begun(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.isel(time=slice(int(np.isfinite(mass).argmax()), None))
 
 
+def earliest(times: xr.DataArray, values: np.ndarray) -> int:
+    """Which of the values, one a record in any order, is the first that is not masked."""
+    return int(np.where(np.isfinite(values), times.values, np.inf).argmin())
+
+
 def source_of(dataset: xr.Dataset) -> Path | None:
     """The file of a run, or the folder of the member that was chosen from a sweep; None where that is not known.
 

@@ -198,6 +198,8 @@ def read_file(path: Path) -> dict[str, Any]:
         manifest = read_json(path)
     except (FileNotFoundError, NotADirectoryError):
         why = _failure(path.parent)
+        if any((path.parent / name).exists() for name in ("zarr.json", ".zgroup")):
+            why = ": it is a Zarr store, which xarray.open_datatree opens"
         raise ArchiveError(f"{path.parent} holds no run (it has no {MANIFEST}){why or '.'}") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         raise ArchiveError(f"{path} does not describe a run of this package.")

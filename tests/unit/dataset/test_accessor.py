@@ -180,6 +180,22 @@ def test_what_a_dataset_has_lost_is_named(part: Any, sentence: str, ds: xr.Datas
     np.testing.assert_array_equal(unnamed.plus, ds.inertia.strain(0.3).plus)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["inertia", "radius"])
+def test_the_start_is_the_earliest_record_that_is_there(law: str, ds: xr.Dataset) -> None:
+    """Records in any order, and after a mask; a spin that turns round is negative from then on."""
+    signs = np.where(np.arange(ds.sizes["time"]) < 12, 1.0, -1.0)
+    momentum = ds.angular_momentum.copy(data=np.outer(signs, [3.0, 0.0, 4.0]) * 1e48)
+    ds = ds.assign(angular_momentum=momentum)
+    back = ds.isel(time=slice(None, None, -1))
+    xr.testing.assert_allclose(back.inertia.spin_scaling(law).sortby("time"), ds.inertia.spin_scaling(law), rtol=1e-14)
+    assert (np.sign(ds.inertia.spin_rate()) == signs).all() and (
+        back.inertia.spin_rate() == ds.inertia.spin_rate()
+    ).all()
+    masked = ds.where(ds.time >= ds.time[3]).inertia.spin_rate()
+    np.testing.assert_allclose(masked[3:], ds.inertia.spin_rate()[3:], rtol=1e-14)
+
+
 def test_single_precision_is_taken_where_it_holds_the_numbers(ds: xr.Dataset) -> None:
     """Moments of a star in SI are beyond it, and were NaN without a word."""
     with np.errstate(over="ignore"):

@@ -322,6 +322,8 @@ def test_zarr_holds_the_whole_tree(run, tmp_path):
         assert snapshots["position"].encoding["chunks"][0] == 1  # a reader of one snapshot reads nothing else
         xr.testing.assert_identical(snapshots.load(), tree["snapshots"].to_dataset().load())
     assert [each.name for each in tmp_path.iterdir()] == ["run.zarr"]
+    with pytest.raises(ArchiveError, match="it is a Zarr store, which xarray"):
+        dataset.open(path)
 
 
 def test_a_zarr_store_that_another_export_has_written_meanwhile_stays_as_it_is(run, tmp_path, monkeypatch):
