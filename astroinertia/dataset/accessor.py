@@ -486,7 +486,7 @@ class InertiaAccessor:
     def _drawn(self, start: Any = None, end: Any = None, snapshots: xr.Dataset | None = None) -> dict[str, xr.Dataset]:
         """What a picture is drawn from, between two times; with the particles where they are given."""
         low, high = self._time("start", start), self._time("end", end)
-        parts = {"dataset": begun(self._between(self.dataset.sortby("time"), low, high))}
+        parts = {"dataset": begun(self._between(self.dataset.sortby("time").drop_duplicates("time"), low, high))}
         if snapshots is not None:
             taken, drawn = snapshots["snapshot_time"].values, parts["dataset"]["time"].values
             first, last = (float(taken[abs(taken - edge).argmin()]) for edge in (drawn[0], drawn[-1]))

@@ -85,6 +85,8 @@ def test_pictures_are_in_the_order_of_time_and_show_a_single_record(name: str, d
     alone = getattr(ds.isel(time=3).inertia, f"plot_{name}")()
     points = [line for line in alone.axes[0].lines if len(line.get_xdata()) == 1]
     assert points and all(line.get_marker() not in ("", "None", None) for line in points)
+    twice = getattr(ds.isel(time=[3, 3]).inertia, f"plot_{name}")()  # as sel(time=..., method="nearest") may give
+    assert [axes.get_xlim() for axes in twice.axes] == [axes.get_xlim() for axes in alone.axes]
     plt.close("all")
 
 
