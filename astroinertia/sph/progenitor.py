@@ -68,6 +68,7 @@ _OF_THE_SUN = {  # by the values of the whole star that say how much that is, in
 }
 KEPLER = {
     "cell outer total mass": ("mass", _GRAM),
+    "cell outer tot. mass": ("mass", _GRAM),  # of newer files that Phantom writes
     "cell outer radius": ("radius", _CM),
     "cell density": ("density", 1e3),
     "cell pressure": ("pressure", 0.1),
@@ -220,7 +221,7 @@ def _columns(path: Path, lines: list[str]) -> Columns:
     if path.suffix.lower() == ".csv":
         return _csv(lines)
     for number, line in enumerate(lines[:_MAX_HEAD]):
-        if "cell outer total mass" in line:
+        if re.search(r"cell outer tot(al|\.) mass", line):
             return _kepler(line, lines[number + 1 :])
     first = lines[0].split() if lines else []
     if len(lines) > 6 and first and first == [str(k + 1) for k in range(len(first))]:

@@ -195,6 +195,27 @@ def test_names_in_brackets_may_be_padded_on_either_side(tmp_path, name):
         np.testing.assert_array_equal(getattr(star, column), getattr(same, column))
 
 
+def test_what_phantom_writes_now_has_names_of_22_characters(tmp_path):
+    """The mass is abbreviated, and what KEPLER has of velocity and pressure is not there."""
+    _, head, *rows = KEPLER.read_text().splitlines()
+    names = ["grid", *re.split(r"\s{2,}", head.strip().removeprefix("grid").strip())]
+    kept = [names.index(name) for name in ("grid", "cell outer total mass", "cell outer radius", "cell density")]
+    head = "#" + "".join(f"{names[k].replace('total', 'tot.'):>22} " for k in kept)
+    values = [row.replace(":", " ").split() for row in rows]
+    lines = [
+        "# 10000   # Version",
+        "# 1.0   # Dump file number",
+        head,
+        *(" ".join(row[k] for k in kept) for row in values),
+    ]
+    file = tmp_path / "ptok00001"
+    file.write_text("\n".join(lines) + "\n")
+    star, same = read_progenitor(file), read_progenitor(KEPLER)
+    np.testing.assert_array_equal(star.mass, same.mass)
+    np.testing.assert_array_equal(star.radius, same.radius)
+    assert star.pressure is None and star.angular_velocity is None
+
+
 def test_masses_are_read_and_not_made_of_densities(tmp_path):
     """Of a file whose densities are 5% too high."""
     head, rows = KEPLER.read_text().splitlines()[:2], [line.split() for line in KEPLER.read_text().splitlines()[2:]]
