@@ -24,7 +24,7 @@ from astroinertia.engines.numba_modules import (
     lists_pass,
     neighbour_pass,
 )
-from astroinertia.engines.numba_parts import GROUP
+from astroinertia.engines.numba_parts import GROUP, PACKED
 from astroinertia.engines.numba_passes import AXES, INTERVALS, VIRIAL_AXES, Needs, virial_effects
 from astroinertia.engines.numba_vectors import LANES
 from astroinertia.engines.pytree import with_fields
@@ -35,6 +35,7 @@ from astroinertia.sph.kernels import KERNELS
 
 LEAF_SIZE = 32  # most particles in a leaf
 ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
+WORTH = 4  # pieces of a pass that a thread must have to be worth starting, which takes some 15 us
 CARRIED = 6000  # particles that settle sooner with a run's larger programs than others for them are compiled
 LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered again
 LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting again pays
@@ -121,10 +122,6 @@ class Engine:
     def workers(self) -> int:
         """Number of threads."""
         return self.threads or available_threads()
-
-    def with_threads(self, threads: int | None) -> "Engine":
-        """The same on another number of threads."""
-        return replace(self, threads=threads)
 
     def within(self, count: int) -> "Engine":
         """The same for parts of a body of so many particles, by the programs that these have."""
@@ -279,7 +276,7 @@ class Engine:
             packed = mine is arrangement.everyone or lists.count[mine.leaves].sum() > len(mass)
             table = np.empty((len(mass) if packed else 0, needs.width))
             if packed:
-                carry_out(module.pack, workers, *inputs, table)
+                carry_out(module.pack, max(1, min(workers, len(mass) // (WORTH * PACKED))), *inputs, table)
             carry_out(
                 sums, workers, *inputs, table, mine.indices, mine.begin, mine.leaves, lists.offset, lists.count,
                 lists.pool, *arrays,
@@ -318,8 +315,9 @@ class Engine:
             targets //= 2
         nodes = tree.fit(leaves, position, smoothing_length, self.workers)
         results, arrays = _results(np.zeros, needs, virials, len(mass), targets)
+        workers = max(1, min(self.workers, targets // WORTH))
         carry_out(
-            sums, self.workers, *nodes.columns, mass, support, support if needs.masked else np.inf, nodes.rows,
+            sums, workers, *nodes.columns, mass, support, support if needs.masked else np.inf, nodes.rows,
             arrangement.first, arrangement.last, targets, *_named(fields, needs, len(mass)), *arrays,
         )  # fmt: skip
         return _finished(results, virial)
@@ -381,7 +379,7 @@ class Engine:
 
     def _workers_for(self, chosen: Targets) -> int:
         # Few targets are sooner done than other threads are started.
-        return max(1, min(self.workers, len(chosen.groups) // 4))
+        return max(1, min(self.workers, len(chosen.groups) // WORTH))
 
 
 def _array(values: Any) -> np.ndarray:

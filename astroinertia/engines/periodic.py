@@ -87,10 +87,6 @@ class Engine:
         """How many threads; None for all."""
         return self.inner.threads
 
-    def with_threads(self, threads: int | None) -> "Engine":
-        """The same on another number of threads."""
-        return replace(self, inner=self.inner.with_threads(threads))
-
     @property
     def xp(self) -> Any:
         """That of the inner engine."""

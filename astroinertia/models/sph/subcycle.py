@@ -18,7 +18,6 @@ CHANGING = ("position", "remainder", "velocity", "entropy", "smoothing_length") 
 WORTH = 3  # ends of intervals that must lie within, for taking a part out to pay
 PART = 0.125  # of the particles: what is taken out is less, those around not counted
 GROWTH = 1.25  # by how much smoothing lengths may grow meanwhile
-ALONE = 3000  # particles that two threads are not worth starting for
 
 
 def depth_of_part(block: BlockStep, depth: int) -> int | None:
@@ -33,13 +32,10 @@ def depth_of_part(block: BlockStep, depth: int) -> int | None:
 
 def part_of(block: BlockStep, depth: int) -> BlockStep:
     """The particles of rung `depth` and finer with those around them; their array `home` says where they come from."""
-    engine = block.problem.engine
     inner = block.more["rung"] >= depth
     chosen = np.flatnonzero(inner | _around(block, inner, block.clock.base / 2.0**depth))
-    threads = 1 if len(chosen) < ALONE else engine.threads
-    problem = replace(block.problem, engine=engine.with_threads(threads))
-    pairs = problem.engine.subset(block.arrangement.pairs, chosen, block.state.smoothing_length[chosen])
-    part = replace(block, problem=problem, arrangement=Arrangement(pairs, {}), whole=False, pairs=None)
+    pairs = block.problem.engine.subset(block.arrangement.pairs, chosen, block.state.smoothing_length[chosen])
+    part = replace(block, arrangement=Arrangement(pairs, {}), whole=False, pairs=None)
     choose(part, chosen)
     part.more |= {"home": chosen, "counted": np.where(inner[chosen], part.more["counted"], 0.0)}
     return part

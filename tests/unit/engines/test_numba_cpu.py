@@ -301,6 +301,23 @@ def test_the_number_of_threads_changes_no_bit(precision):
         assert all(np.array_equal(one, two) for one, two in zip(results[0], other, strict=True))
 
 
+def test_a_pass_over_little_is_left_to_one_thread(monkeypatch):
+    """Sums of few of many particles, and the packing of many more of them, which takes far less time."""
+    used = []
+    monkeypatch.setattr(numba_cpu, "carry_out", lambda _, threads, *arguments: used.append(threads))
+    engine = Engine("mixed", threads=2)
+    for count, wanted in ((200, (1, 1)), (3000, (2, 2))):
+        position, mass = clustered(count)
+        fields = {"mass": mass, "position": position, "velocity": -position, "strength": mass}
+        fields["smoothing_length"] = np.ones(count)
+        arrangement = engine.subset(None, np.arange(count), fields["smoothing_length"])
+        engine.neighbour_sums(arrangement, KERNEL, NEIGHBOUR_TERMS, fields)
+        engine.all_pair_sums(arrangement, KERNEL, (DIRECT_GRAVITY,), fields)
+        packing, neighbours, all_pairs = used[-3:]
+        assert (packing, neighbours, all_pairs) == (1, *wanted)
+        used.clear()
+
+
 @pytest.mark.parametrize("name", ["position", "velocity", "smoothing_length", "strength", "mass"])
 def test_what_is_not_a_number_shows_in_the_result(reference, name):
     arrangement, _, fields = reference
