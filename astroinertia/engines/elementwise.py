@@ -28,6 +28,7 @@ from astroinertia.engines.threads import available_threads, carry_out
 
 Array = Any
 COMPILED = SimpleNamespace(**vars(np))
+REAL = np.dtype(np.float64)
 CHUNK = 1024  # particles that are worked on together; sums are added up in parts of as many
 ALONE = 16384  # particles a thread must have to be worth starting: loops take some 1 to 10 ns each, to start it 25 us
 WIDTHS = {(): 1, (3,): 3, (3, 3): 9}
@@ -222,7 +223,11 @@ def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Ki
         shape = getattr(argument, "shape", ())
         if shape in kind_of:
             kind = kind_of[shape]
-            flat.append(float(argument) if kind is None else np.asarray(argument, dtype=np.float64).ravel())
+            if kind is None:
+                flat.append(float(argument))
+            else:
+                here = type(argument) is np.ndarray and argument.dtype == REAL
+                flat.append((argument if here else np.asarray(argument, dtype=REAL)).ravel())
         elif isinstance(argument, Table):
             kind = WHOLE
             flat.append(np.asarray(argument.entries, dtype=np.float64).ravel())

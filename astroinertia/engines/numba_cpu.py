@@ -200,7 +200,7 @@ class Engine:
         _, function = density_pass(kernel, self.precision, softening, few)
         chosen = _targets(arrangement, targets)
         first = guess if targets is None else guess[chosen.indices]
-        if np.min(first, initial=1.0) <= 0.0 or (targets is None and np.min(mass, initial=1.0) <= 0.0):
+        if first.min(initial=1.0) <= 0.0 or (targets is None and mass.min(initial=1.0) <= 0.0):
             raise ValueError("masses and the first guess of smoothing lengths must be positive")
         if targets is None and mass.sum() * KERNELS[kernel].w(np, 0.0) <= mass.max() * eta**3:
             raise ValueError(f"{len(mass)} particles are too few for a smoothing length of {eta:.3g} (m/rho)^(1/3)")
@@ -351,7 +351,7 @@ class Engine:
         same = every or held.targets is chosen or np.array_equal(held.targets.indices, chosen.indices)
         # A density asks for the reach of its targets alone, other sums for that of all particles.
         some = slice(None) if margin == 1.0 or chosen is arrangement.everyone else chosen.indices
-        return held if same and bool(np.all(margin * h[some] <= held.length[some])) else None
+        return held if same and bool((margin * h[some] <= held.length[some]).all()) else None
 
     def _lists(
         self, arrangement: Arrangement, chosen: Targets, kernel: str, position: np.ndarray, length: np.ndarray

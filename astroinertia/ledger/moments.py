@@ -73,6 +73,12 @@ def weighted_outer(mass: Array, left: Array, right: Array) -> Array:
     return ((mass * left)[:, None, :] * right[None, :, :]).sum(axis=-1)
 
 
+def inertia_size(xp: Any, second_moment: Array) -> Array:
+    """The norm of I = tr(Q) 1 - Q, a scalar, from Q (3, 3): |I|^2 = tr(Q)^2 + |Q|^2."""
+    trace = second_moment[0, 0] + second_moment[1, 1] + second_moment[2, 2]
+    return xp.sqrt((second_moment * second_moment).sum() + trace * trace)
+
+
 def centre_of_mass(mass: Array, vector: Array) -> Array:
     """Mass-weighted mean of (N, 3): (3,)."""
     return (mass @ vector) / mass.sum()
@@ -102,7 +108,7 @@ def open_ledger(xp: Any, mass: Array, position: Array, velocity: Array, effects:
         impulse=empty(effects, 3),
         work=empty(effects),
         heating=empty(effects),
-        largest_inertia=xp.sqrt((inertia_from_second_moment(second) ** 2).sum()),
+        largest_inertia=inertia_size(xp, second),
     )
 
 
@@ -112,7 +118,7 @@ def after_drift(xp: Any, ledger: Ledger, dt: Array) -> Ledger:
     # In a steady rotation P + P^T is the small rest of large numbers: their carries count.
     spreading = (mixed.value + mixed.value.T) + (mixed.carry + mixed.carry.T)
     second_moment = ledger.second_moment.add(dt * spreading + dt**2 * kinetic)
-    size = xp.sqrt((inertia_from_second_moment(second_moment.total) ** 2).sum())
+    size = inertia_size(xp, second_moment.total)
     return with_fields(
         ledger,
         second_moment=second_moment,

@@ -18,13 +18,13 @@ import numpy as np
 
 from astroinertia.engines.elementwise import totals
 from astroinertia.engines.pytree import pytree
-from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.ledger.moments import (
     Ledger,
     Whole,
     after_drift,
     after_kick,
     after_rounding,
+    inertia_size,
     moments,
     open_ledger,
     weighted_outer,
@@ -87,7 +87,7 @@ class RegionLedger:
         """The ledger after membership changed from `old` to `new` (N,), 1 for members, 0 for the others (numpy)."""
         flux = crossing(self.whole, mass, position, velocity, new - old)
         second = self.ledger.second_moment.add(flux.second_moment)
-        size = np.linalg.norm(inertia_from_second_moment(second.total))
+        size = inertia_size(np, second.total)
         ledger = replace(
             self.ledger,
             second_moment=second,

@@ -5,7 +5,7 @@ both are active.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -58,7 +58,7 @@ class HalfIntervals:
 
     @staticmethod
     def _half(base: float, rung: Array) -> Array:
-        return np.where(rung < 0, 0.0, 0.5 * base / 2.0 ** np.maximum(rung, 0))
+        return np.where(rung < 0, 0.0, np.ldexp(0.5 * base, -rung))
 
     @cached_property
     def closing(self) -> Array:
@@ -122,9 +122,9 @@ class BlockStep:
     @cached_property
     def direct(self) -> Problem:
         """The physics with plain sums over all pairs, for few particles."""
-        return with_fields(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
+        return replace(self.problem, effects=tuple(effect.direct for effect in self.problem.effects))
 
-    @property
+    @cached_property
     def xp(self) -> Any:
         """What work on each particle by itself is done with."""
         return self.problem.engine.xp
@@ -197,7 +197,7 @@ def opened(problem: Problem, arrangement: Arrangement, state: State, base: float
         more["decay"] = np.array(rates.exchange.decay)
     total = mass.sum()
     body = Whole(total, (mass @ state.position) / total, (mass @ state.velocity) / total)
-    problem = with_fields(problem, engine=problem.engine.within(len(mass)))
+    problem = replace(problem, engine=problem.engine.within(len(mass)))
     return BlockStep(problem, arrangement, Clock(base), float(state.time), state, more, body, Tally())
 
 

@@ -10,7 +10,7 @@ the global one.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -297,7 +297,7 @@ def _kick(
     parts.kick(block, active, pushes, [effect.drag(fluid) for effect in problem.effects], by_pairs, exchange, spans)
     if spans.opens:
         parts.remember_outer(block, active, beginning)
-        interval = clock.base / 2.0**rung
+        interval = np.ldexp(clock.base, -rung)
         block.put("rung", active, rung)
         block.put("interval", active, interval)
         block.put("middle", active, block.time + 0.5 * interval)
@@ -361,7 +361,7 @@ def own_limits(problem: Problem, rates: Rates, whole: bool = True) -> Array:
     Where particles are not the whole body, what limits that has limited the base step already.
     """
     if not whole and _act_with_base(problem):
-        problem = with_fields(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
+        problem = replace(problem, effects=tuple(effect for effect in problem.effects if not effect.whole_body))
     limits = np.full(len(rates.fluid.mass), np.inf)
     for limit in timesteps.particle_limits(problem, rates).values():
         limits = np.minimum(limits, limit)

@@ -8,6 +8,7 @@ factor of two at most (Saitoh & Makino 2009, ApJ 697, L99). Tests: tests/unit/mo
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ class Clock:
         """Whether the base step is over."""
         return self.ticks == 1 << DEEPEST
 
-    @property
+    @cached_property
     def level(self) -> int:
         """The coarsest rung whose interval begins or ends now."""
         return 0 if self.ended or not self.ticks else DEEPEST - ((self.ticks & -self.ticks).bit_length() - 1)

@@ -1,6 +1,7 @@
 """What a particle run carries from step to step, and the physics and numerics that it has all along."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 from astroinertia.effects.effect import Effect
@@ -11,6 +12,7 @@ from astroinertia.models.sph.heat import Exchange
 from astroinertia.sph.fluid import Fluid
 
 Array = Any
+PAIR_TERMS = ("gradient_terms", "neighbour_terms", "all_pair_terms")  # of effects
 
 
 @pytree
@@ -53,7 +55,14 @@ class Problem:
 
         One that several effects list stands once.
         """
-        return tuple(dict.fromkeys(term for effect in self.effects for term in getattr(effect, name)))
+        return self._terms[name]
+
+    @cached_property
+    def _terms(self) -> dict[str, tuple]:
+        return {
+            name: tuple(dict.fromkeys(term for effect in self.effects for term in getattr(effect, name)))
+            for name in PAIR_TERMS
+        }
 
     def matter(self, material: Array | None) -> Any:
         """The equation of state of particles, which may be of several materials, (N,) or None."""

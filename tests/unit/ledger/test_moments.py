@@ -94,6 +94,12 @@ def test_a_compensated_sum_keeps_what_a_plain_one_loses() -> None:
 
 
 @pytest.mark.slow
+def test_the_size_of_an_inertia_tensor_follows_from_the_second_moment() -> None:
+    second, _, _ = ledger_moments.moments(*body())
+    norm = np.linalg.norm(inertia_from_second_moment(second))
+    assert ledger_moments.inertia_size(np, second) == pytest.approx(norm, rel=1e-14)
+
+
 def test_rate_of_inertia_is_its_derivative_along_the_motion() -> None:
     """dI/dt = tr(P + P^T) 1 - (P + P^T) equals the JVP of I along v, and the independent value for five particles."""
     case = json.loads((REFERENCE / "inertia_rate.json").read_text())
