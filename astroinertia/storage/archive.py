@@ -29,6 +29,7 @@ import numpy as np
 from astroinertia.errors import ArchiveError, ArchiveWarning, AstroinertiaError
 from astroinertia.storage import manifest as manifests
 from astroinertia.storage.atomic import (
+    archive_errors,
     check,
     meant_for,
     missing,
@@ -43,6 +44,7 @@ from astroinertia.storage.manifest import COPY, MANIFEST, SAVED
 from astroinertia.storage.outputs import SERIES, SNAPSHOT, Snapshots, stacked, table, unread
 
 LOCK = "lock"
+SHARED = "shared"  # of a checkpoint's scalars: {name of an array: the name that it is saved under}
 SWEEP = "sweep.json"  # in place of the manifest, in the folder of a sweep: sweeps.folder
 
 
@@ -186,11 +188,13 @@ class Archive:
     def write_checkpoint(self, arrays: Mapping[str, Any], scalars: Mapping[str, Any]) -> None:
         """Save the state after all segments written so far; the checkpoint before it stays, older ones go.
 
-        Every bit of the arrays survives.
+        Every bit of the arrays survives. One that has several names is saved once.
         """
         self.must_be_writable()
         *older, before = self._manifest["checkpoints"]
-        entry = self._write("checkpoint", self._numbered(), arrays, scalars) | {"segments": self.segments}
+        once, shared = _without_repeats(arrays)
+        entry = self._write("checkpoint", self._numbered(), once, {**scalars, SHARED: shared})
+        entry |= {"segments": self.segments}
         self._commit({**self._manifest, "checkpoints": [before, entry]})
         for checkpoint in filter(None, older):
             (self.folder / checkpoint["file"]).unlink(missing_ok=True)
@@ -198,14 +202,14 @@ class Archive:
     def read_checkpoint(self) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
         """Arrays and scalars of the last checkpoint, None before the first; ArchiveError if it is damaged."""
         entry = self._manifest["checkpoints"][-1]
-        return None if entry is None else read_arrays(self.folder / entry["file"], entry["sha256"])
+        return None if entry is None else self._checkpoint(entry)
 
     def checkpoints(self) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
         """File and arrays of each checkpoint that is whole, the last one first."""
         damaged = self.damaged()
         for entry in filter(None, reversed(self._manifest["checkpoints"])):
             if entry["file"] not in damaged:
-                yield entry["file"], read_arrays(self.folder / entry["file"], entry["sha256"])[0]
+                yield entry["file"], self._checkpoint(entry)[0]
 
     def read_series(self, damaged: str = "raise") -> Iterator[dict[str, np.ndarray]]:
         """Headline records of each segment in turn, the output number leading; checked against the hashes.
@@ -307,6 +311,14 @@ class Archive:
         name = f"{kind}-{number:06d}.npz"
         return {"file": name, "sha256": write_arrays(self.folder / name, arrays, scalars)}
 
+    def _checkpoint(self, entry: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        path = self.folder / entry["file"]
+        arrays, scalars = read_arrays(path, entry["sha256"])
+        with archive_errors(path, "names an array that it does not hold"):
+            shared = scalars.pop(SHARED, {})  # files of older versions have none
+            arrays |= {name: arrays[other] for name, other in shared.items()}
+        return arrays, scalars
+
     def _commit(self, manifest: dict[str, Any]) -> None:
         self.must_be_writable()
         manifests.write(self.folder, manifest)
@@ -357,6 +369,18 @@ class Archive:
             path.unlink(missing_ok=True)
         if strays:
             sync_folder(self.folder)
+
+
+def _without_repeats(arrays: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Arrays without those that lie in the same memory as an earlier one, and {their name: its name}."""
+    held = {name: np.asarray(array) for name, array in arrays.items()}
+    first: dict[Any, str] = {}
+    names = {
+        name: first.setdefault((array.ctypes.data, array.shape, array.strides, array.dtype.str), name)
+        for name, array in held.items()
+    }
+    once = {name: array for name, array in held.items() if names[name] == name}
+    return once, {name: other for name, other in names.items() if other != name}
 
 
 def file_of_sweep(folder: Path) -> Path:

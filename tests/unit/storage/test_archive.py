@@ -205,6 +205,32 @@ def test_checkpoints_return_every_bit(tmp_path):
     assert stored[1] == scalars
 
 
+def test_an_array_of_several_names_is_saved_once(tmp_path):
+    array = np.random.default_rng(2).normal(size=(1000, 3))
+    arrays = {"position": array, "of_fluid": array, "column": array[:, 0], "transposed": array.T, "apart": array.copy()}
+    with Archive.create(tmp_path, METADATA) as archive:
+        archive.write_checkpoint(arrays, {"number": 1})
+        stored, scalars = archive.read_checkpoint()
+        ((_, other),) = archive.checkpoints()
+    assert scalars == {"number": 1}
+    assert list(stored) == list(other) == ["position", "column", "transposed", "apart", "of_fluid"]
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(stored[name], values)
+        np.testing.assert_array_equal(other[name], values)
+    (file,) = tmp_path.glob("checkpoint-*")
+    assert 3 * array.nbytes < file.stat().st_size < 3.5 * array.nbytes
+
+
+@pytest.mark.parametrize("shared", [{"position": "nothing"}, {"position": ["other"]}, ["position"], 3])
+def test_a_checkpoint_that_names_arrays_that_it_does_not_hold_is_refused(tmp_path, shared):
+    with Archive.create(tmp_path, METADATA) as archive:
+        archive.write_checkpoint(state(1), {"number": 1})
+        entry = archive._manifest["checkpoints"][-1]
+        entry["sha256"] = write_arrays(tmp_path / entry["file"], state(1), {"number": 1, "shared": shared})
+        with pytest.raises(ArchiveError, match="names an array that it does not hold"):
+            archive.read_checkpoint()
+
+
 def test_the_last_two_checkpoints_are_kept(tmp_path):
     with Archive.create(tmp_path, METADATA) as archive:
         assert archive.read_checkpoint() is None
