@@ -23,8 +23,8 @@ from astroinertia.scene.schema import Scene
 
 NUMBER = 8  # bytes
 ARRAYS_OF_A_SNAPSHOT = 12  # numbers a particle
-ARRAYS_OF_A_STATE = 60  # numbers a particle of a checkpoint, and for each effect
-ARRAYS_OF_AN_EFFECT = 14
+ARRAYS_OF_A_STATE = 55  # numbers a particle of a checkpoint, and for each effect
+ARRAYS_OF_AN_EFFECT = 10
 NUMBERS_OF_A_RECORD = {"sph": 220}  # and OF_AN_EFFECT for each
 NUMBERS_WITHOUT_PARTICLES = 75
 OF_AN_EFFECT = 30
