@@ -83,6 +83,7 @@ class Progress:
 
 TELLING = 0.05  # share of a run's time that goes into saying how far it is, at most, as long as the pauses allow it
 PAUSES = (0.2, 5.0)  # seconds of silence between two times that it is said: at least, and at most whatever that costs
+HELD = 1 << 26  # bytes of snapshots that wait in memory for the next checkpoint
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
@@ -374,7 +375,8 @@ class _Run:
         return until if until < end * (1.0 - SAME_TIME) else end
 
     def _keep_what_there_is(self) -> None:
-        # What was recorded before a body left the numbers is what its user wants to look at.
+        # What was recorded before a body left the numbers is what its user wants to look at. A run that goes on from a
+        # checkpoint makes again what was saved after it.
         self.archive.write_segment(self.records, self.snapshots)
         self.records, self.snapshots = [], []
 
@@ -401,7 +403,10 @@ class _Run:
             self._count("series")
         if force or self._due("snapshot"):
             snapshot = self.body.snapshot()
-            self.snapshots += [] if snapshot is None else [snapshot]
+            if snapshot is not None:
+                self.snapshots.append(snapshot)
+                if len(self.snapshots) * sum(np.asarray(array).nbytes for array in snapshot.values()) > HELD:
+                    self._keep_what_there_is()
             self._count("snapshot")
         self._call_back(record, force)
         self._tell(force=False)
@@ -439,10 +444,9 @@ class _Run:
     def _checkpoint(self) -> None:
         # Saving writes copies only: the state goes on as it was.
         begin = clock.monotonic()
-        self.archive.write_segment(self.records, self.snapshots)
+        self._keep_what_there_is()
         wall_time = self.counters["wall_time"] + clock.monotonic() - self.opened
         self.archive.write_checkpoint(self.body.arrays(), {**self.counters, "wall_time": wall_time})
-        self.records, self.snapshots = [], []
         self.saved, self.saved_step = clock.monotonic(), self.body.steps
         self.saving = self.saved - begin
 

@@ -66,6 +66,38 @@ def test_records_and_snapshots_are_of_the_times_asked_for(name: str, tmp_path: P
         np.testing.assert_allclose(tree["snapshots"]["snapshot_time"], times_of(SNAPSHOTS, END), rtol=1e-12, atol=0.0)
 
 
+@pytest.mark.slow
+def test_large_snapshots_do_not_wait_in_memory_and_are_made_again_where_a_run_breaks_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Saved at once, they are beyond the checkpoint that the run goes on from."""
+    scene = load_file(SIMS / "evrard.toml", [*PARTICLES, *cadence("evrard")])
+    expected = astroinertia.open_tree(astroinertia.run_scene(scene, tmp_path / "whole"))
+    monkeypatch.setattr(loop, "HELD", 0)
+    keep, waiting = loop._Run._keep_what_there_is, []
+
+    def broken_off(run: loop._Run) -> None:
+        waiting.append(len(run.snapshots))
+        keep(run)
+        if len(waiting) == 4:
+            raise MemoryError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(loop._Run, "_keep_what_there_is", broken_off)
+        with pytest.raises(MemoryError):
+            loop.run_scene(scene, tmp_path / "run")
+    assert waiting == [1, 0, 1, 1]  # the second with the first checkpoint
+    assert len(list((tmp_path / "run").glob("snapshots-*"))) == 3
+    resumed = astroinertia.open_tree(loop.resume(tmp_path / "run"))
+    assert (
+        resumed.drop_nodes("snapshots")
+        .to_dataset()
+        .drop_vars("wall_time")
+        .equals(expected.drop_nodes("snapshots").to_dataset().drop_vars("wall_time"))
+    )
+    assert resumed["snapshots"].to_dataset().equals(expected["snapshots"].to_dataset())
+
+
 @pytest.mark.full
 def test_without_align_steps_are_as_long_as_they_may_be(tmp_path: Path) -> None:
     """The first step past each time is recorded, none is shortened but the last."""
