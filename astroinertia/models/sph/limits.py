@@ -143,9 +143,10 @@ def meetings(
     rows = np.minimum(np.arange(-(-count // members) * members), count - 1).reshape(-1, members)
 
     def spheres(vector: Array) -> tuple[Array, Array]:
-        inside = vector[rows]
-        middle = 0.5 * (inside.min(axis=1) + inside.max(axis=1))
-        return middle, root(xp, ((inside - middle[:, None]) ** 2).sum(axis=2).max(axis=1))
+        inside = [xp.take(vector[:, k], rows) for k in range(3)]  # by components, as numpy is slow along axes of three
+        middle = [0.5 * (component.min(axis=1) + component.max(axis=1)) for component in inside]
+        x, y, z = (component - centre[:, None] for component, centre in zip(inside, middle, strict=True))
+        return xp.stack(middle, axis=1), root(xp, (x * x + y * y + z * z).max(axis=1))
 
     groups = *spheres(position - position.mean(axis=0)), *spheres(relative), smoothing_length[rows].max(axis=1)
     pairs = (xp.take(of_group, of, axis=0) for of in pairs_of(len(rows)) for of_group in groups)
