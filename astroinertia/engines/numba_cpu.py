@@ -36,6 +36,7 @@ from astroinertia.sph.kernels import KERNELS
 LEAF_SIZE = 32  # most particles in a leaf
 ALL_PAIRS_SIZE = 128  # most particles in a target node of a sum over all pairs
 WORTH = 4  # pieces of a pass that a thread must have to be worth starting, which takes some 15 us
+LISTING = 8  # times as many of lists, which take an eighth as long as sums over the neighbours in them
 CARRIED = 6000  # particles that settle sooner with a run's larger programs than others for them are compiled
 LISTED = 1.05  # how far h may grow before the neighbours of a particle are gathered again
 LOOSENED = 1.3  # growth of the work in a neighbour pass at which sorting again pays
@@ -369,17 +370,17 @@ class Engine:
         while True:
             pool, used = np.empty(room, np.int32), np.zeros(1, np.int64)
             carry_out(
-                lists_pass(), self._workers_for(chosen), *nodes.columns, position, support, nodes.rows, leaves.start,
-                chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
+                lists_pass(), self._workers_for(chosen, LISTING * WORTH), *nodes.columns, position, support, nodes.rows,
+                leaves.start, chosen.indices, chosen.begin, chosen.groups, offset, count, pool, used,
             )  # fmt: skip
             if used[0] <= room:
                 pool.resize(used[0] + LANES, refcheck=False)  # passes read on by up to a vector
                 return Lists(position, length, support, nodes, chosen, offset, count, pool)
             room = int(used[0])
 
-    def _workers_for(self, chosen: Targets) -> int:
+    def _workers_for(self, chosen: Targets, worth: int = WORTH) -> int:
         # Few targets are sooner done than other threads are started.
-        return max(1, min(self.workers, len(chosen.groups) // WORTH))
+        return max(1, min(self.workers, len(chosen.groups) // worth))
 
 
 def _array(values: Any) -> np.ndarray:
