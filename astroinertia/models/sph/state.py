@@ -59,6 +59,7 @@ class Problem:
 
     @cached_property
     def _terms(self) -> dict[str, tuple]:
+        # Other effects come by dataclasses.replace: with_fields would keep these terms.
         return {
             name: tuple(dict.fromkeys(term for effect in self.effects for term in getattr(effect, name)))
             for name in PAIR_TERMS
