@@ -20,8 +20,8 @@ STOP = """
 import os
 from astroinertia.models.sph.evolution import Particles
 plain = Particles.advance
-def advance(self, until):
-    plain(self, until)
+def advance(self, *towards):
+    plain(self, *towards)
     if self.steps == 20:
         os.kill(os.getpid(), 15)
 Particles.advance = advance
@@ -62,8 +62,8 @@ def stopped_at(monkeypatch: pytest.MonkeyPatch, step: int) -> None:
     """Runs stop, with all of them kept, once they have taken so many steps."""
     plain = Particles.advance
 
-    def advance(self: Particles, until: float) -> None:
-        plain(self, until)
+    def advance(self: Particles, *towards: float) -> None:
+        plain(self, *towards)
         if self.steps == step:
             os.kill(os.getpid(), 15)
 

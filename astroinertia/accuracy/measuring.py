@@ -69,9 +69,9 @@ class Clocked:
         value = getattr(self.body, name)
         return self._clocked(value) if name == "through" else value  # which only some have
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """Go on, and count the seconds."""
-        self._clocked(self.body.advance)(until)
+        self._clocked(self.body.advance)(until, most)
 
     def _clocked(self, going: Callable[..., Any]) -> Callable[..., Any]:
         def counted(*arguments: Any) -> Any:

@@ -1,5 +1,6 @@
 """What the run loop, the archive and the progress line need of a model: one body under way, whatever evolves it."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -66,10 +67,11 @@ class Evolution(Protocol):
         """Whether a checkpoint taken now is one that can be gone on from bit for bit."""
         ...
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """Go on towards a time and never past it, for some seconds at most, so that a run can be stopped in between.
 
-        Where it pauses follows from the state alone. NumericalError, in one sentence, where it cannot go on.
+        And no further than to `most` steps since the start, of which there are fewer now. Where else it pauses follows
+        from the state alone. NumericalError, in one sentence, where it cannot go on.
         """
         ...
 
@@ -106,9 +108,9 @@ class Through(Protocol):
     ) -> list[Record]:
         """Go through output times, ascending, and give the record of each of the first of them that were met.
 
-        For about a second at most, and not past the time at which there are `most` steps. What is done on the way
-        follows from the state and the times alone, so that it is the same wherever a call begins. No records where
-        `advance` must see to something first.
+        For about a second at most, and no further than to `most` steps since the start, of which there are fewer now.
+        What is done on the way follows from the state and the times alone, so that it is the same wherever a call
+        begins. No records where `advance` must see to something first.
         """
         ...
 

@@ -329,7 +329,7 @@ class _Run:
 
     def _advance(self) -> None:
         with self._said_in_si():
-            self.body.advance(self._until())
+            self.body.advance(self._until(), self.output.max_steps)
             raise_failure()
 
     def _through(self) -> bool:

@@ -76,9 +76,9 @@ def followed(name: str, particles: int) -> dict[str, float]:
     taken: list[float] = []
     advance = Particles.advance
 
-    def timed(body: Particles, until: float) -> None:
+    def timed(body: Particles, *towards: float) -> None:
         aside, begun = compiled.seconds + collected[0], time.process_time()
-        advance(body, until)
+        advance(body, *towards)
         taken.append(time.process_time() - begun - (compiled.seconds + collected[0] - aside))
 
     Particles.advance = timed  # type: ignore[method-assign]

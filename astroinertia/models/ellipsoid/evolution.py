@@ -1,5 +1,6 @@
 """The affine body as the run loop sees it: an ordinary differential equation, integrated from output to output."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Self
@@ -66,7 +67,7 @@ class Ellipsoid:
         effects = tuple(effect.during(self.time, stop) for effect in self.problem.effects)
         return stop, as_arrays(replace(self.problem, effects=effects))
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """To `until` or where an effect begins or ends before, or as far as so many steps go.
 
         NumericalError where the body collapses, is torn apart, or steps grow too short or too many for one record.
@@ -79,7 +80,7 @@ class Ellipsoid:
             advanced = adaptive.advance(
                 affine_body.scaled_rate, problem, affine_body.measured(problem, self.state), self.time, stop,
                 min(self.timestep, stop - self.time), self.tolerance, ABSOLUTE * self.tolerance, affine_body.ended,
-                min(AT_ONCE, adaptive.MOST_STEPS),
+                int(min(AT_ONCE, adaptive.MOST_STEPS, most - self.steps)),
             )  # fmt: skip
             goes_on = self._way.goes_on(self.time, advanced, stop)
             self.moved(affine_body.unmeasured(problem, advanced.state), advanced)

@@ -118,13 +118,13 @@ class RigidBody:
         """Time steps since the start; those that the adaptive integrator tried in vain are counted too."""
         return self._steps
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """Go to a time, meeting every break of the torques on the way, or as far towards it as so many steps go."""
         begun = self._steps
         for stop in sorted({until, *self.breaks(until)}):
             start, body = self._time, self.during(stop)
             if stop - start > SHORTEST * abs(stop):  # else two times that are meant to be the same
-                met = self._go(body, [stop])
+                met = self._go(body, [stop], most)
                 if not len(met.time):
                     return
             else:
@@ -132,7 +132,7 @@ class RigidBody:
             for number, effect in enumerate(body.effects):
                 if stop in effect.breaks(start, stop):
                     self.strike(number, effect)
-            if self._steps > begun + _STEPS_AT_ONCE:
+            if self._steps > begun + _STEPS_AT_ONCE or self._steps >= most:
                 return
 
     def through(
@@ -219,15 +219,15 @@ class RigidBody:
         if self._further is not None and time > self._known_until:
             self.body, self._further = replace(self.body, companions=self._further()), None
 
-    def _go(self, body: Rigid, times: Sequence[float] | np.ndarray, most: float = math.inf) -> Met:
-        """Go through times and give the states at those that were met; NumericalError where the first is not."""
+    def _go(self, body: Rigid, times: Sequence[float] | np.ndarray, most: float) -> Met:
+        """Go through times and give the states at those that were met; NumericalError where it cannot go on."""
         if self._refusal is not None:
             raise self._refusal
         begun, chosen = self._time, self.settings
         padded = np.full(AT_ONCE, times[-1])
         padded[: len(times)] = times
         passed = passage.passage(
-            body, self.units, self.course(), padded, len(times), min(most, passage.MOST_STEPS), chosen.tolerance,
+            body, self.units, self.course(), padded, len(times), int(min(most, passage.MOST_STEPS)), chosen.tolerance,
             chosen.steps_per_rotation, chosen.integrator, chosen.order,
         )  # fmt: skip
         number, trouble = int(passed.number), int(passed.trouble)

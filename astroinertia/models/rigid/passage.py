@@ -31,7 +31,7 @@ _CHANGE_OF_PACE = 1.25
 ADAPTIVE_BETWEEN_LOOKS = 2**16
 # Steps after which a call ends, so that the run looks at the clock and at what signals ask for: about a second.
 _STEPS_AT_ONCE = {"splitting": 2**14, "adaptive": 2**12}
-MOST_STEPS = 1e12
+MOST_STEPS = 10**12
 _HIGHEST = max(splitting.COMPOSITIONS)
 _SIZES_LOOKED_AT = 65  # between now and the next output, for the smallest
 FIRST_STEP = 0.05  # of the adaptive integrator, over one radian of the fastest turn
@@ -93,12 +93,12 @@ def passage(
 ) -> Passage:  # fmt: skip
     """Go through the first `count` of the output times (AT_ONCE,), ascending, none of which is now.
 
-    It ends after the output time at which the steps since the start are `most` or more, or when a call has taken long
+    It ends where the steps since the start are `most`, of which one at least is to come, or when a call has taken long
     enough. units: those of errors, of L, m (3,), energy and orbits, for the adaptive integrator. Torques are without
     breaks.
     """
     empty = jax.tree.map(lambda one: jnp.zeros((AT_ONCE, *jnp.shape(one)), jnp.asarray(one).dtype), state_met(course))
-    begun, allowed = course.steps, jnp.minimum(_STEPS_AT_ONCE[integrator], jnp.maximum(most - course.steps, 1))
+    begun, allowed = course.steps, jnp.minimum(_STEPS_AT_ONCE[integrator], most - course.steps)
 
     def under_way(carry: Passage) -> Array:
         return (carry.number < count) & (carry.trouble == NOTHING) & (carry.course.steps - begun < allowed)
@@ -106,9 +106,9 @@ def passage(
     def part(carry: Passage) -> Passage:
         until, before = times[carry.number], carry.course
         if integrator == "splitting":
-            after, trouble, figure = _split(body, before, until, steps_per_rotation, order)
+            after, trouble, figure = _split(body, before, until, steps_per_rotation, order, most - before.steps)
         else:
-            after, trouble, figure = _adapted(body, units, before, until, tolerance)
+            after, trouble, figure = _adapted(body, units, before, until, tolerance, most - before.steps)
         broken = (trouble == NOTHING) & ~jnp.isfinite(after.state.turning.value).all()
         trouble = jnp.where(broken, NOT_FINITE, trouble)
         goes = (trouble == NOTHING) | (trouble == UNFINISHED)
@@ -155,14 +155,15 @@ def present_pace(body: Rigid, course: Course, until: Array) -> Array:
 
 
 def _split(
-    body: Rigid, course: Course, until: Array, steps_per_rotation: float, order: int
+    body: Rigid, course: Course, until: Array, steps_per_rotation: float, order: int, most: Array
 ) -> tuple[Course, Array, Array]:  # fmt: skip
-    """Steps up to the next look, or to the time."""
+    """Steps up to the next look, or to the time, or so many."""
     free = not body.effects and body.deformability is None and course.state.orbits is None
     pace, wanted = planned(body, course, until, steps_per_rotation)
     possible = wanted < MOST_STEPS  # not so of NaN
     steps = whole(jnp.where(possible, wanted, 1.0))
-    more = jnp.minimum(steps, _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS)
+    at_once = _STEPS_OF_FREE if free and body.change is None else _STEPS_BETWEEN_LOOKS
+    more = jnp.minimum(steps, jnp.minimum(at_once, most))
     stop = jnp.where(more == steps, until, course.time + (until - course.time) * (more / steps))
     flow, within, state, known = None, None, course.state, None
     if course.state.orbits is not None:
@@ -191,9 +192,9 @@ def _split(
 
 
 def _adapted(
-    body: Rigid, units: tuple, course: Course, until: Array, tolerance: float
+    body: Rigid, units: tuple, course: Course, until: Array, tolerance: float, most: Array
 ) -> tuple[Course, Array, Array]:  # fmt: skip
-    """As many steps as there are between two looks, or to the time."""
+    """As many steps as there are between two looks, or to the time, or so many."""
     momentum_unit, body_unit, energy_unit, orbit_unit = units
     turning, sums = course.state.turning.value, course.state.sums.value
     scaled = {
@@ -213,7 +214,7 @@ def _adapted(
     advanced = adaptive.advance(
         rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance,
         None if orbits is None else rigid.entered,
-        min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
+        jnp.minimum(min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS), most),
     )  # fmt: skip
     turning, momentum, sums = (advanced.state[name] for name in ("turning", "momentum", "accumulated"))
     if orbits is not None:

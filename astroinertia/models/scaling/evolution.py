@@ -195,7 +195,7 @@ class Scaling:
         opening = self._state(0.0)
         self._start, self._opening = opening[0].scale, self._energies(*opening)
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """Go to a time, or as far towards it as so many steps get; NumericalError where the body collapses before."""
         self.time = until if self.dynamics is None else self.dynamics.reached(until)
         self._now = self._state(self.time)

@@ -105,7 +105,7 @@ class Particles:
         """Whether particles are about to be sorted again."""
         return self._split or self.steps % STEPS_BETWEEN_SORTS == 0
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: float, most: float = math.inf) -> None:
         """One step, or one base step of individual ones, as long as the state allows, on a way that meets `until`.
 
         It meets times at which effects begin or end, too. GivenUp where a base step was given up half-way.

@@ -60,6 +60,18 @@ def test_a_condition_ends_it_with_the_step():
 
 
 @pytest.mark.slow
+def test_so_many_steps_end_it_and_the_next_call_goes_on():
+    whole = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1)
+    needed = int(whole.steps)
+    part = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1, most=needed - 1)
+    assert int(part.steps) == needed - 1 and part.unfinished and part.failed and 0.0 < float(part.time) < 10.0
+    just = adaptive.advance(oscillator, 1.0, start(), 0.0, 10.0, 0.1, most=needed)
+    assert int(just.steps) == needed and not (just.unfinished or just.failed) and float(just.time) == 10.0
+    rest = adaptive.advance(oscillator, 1.0, part.state, part.time, 10.0, 10.0 - part.time)
+    assert float(rest.state[0]) == pytest.approx(np.cos(10.0), abs=1e-12)
+
+
+@pytest.mark.slow
 def test_a_singularity_is_said_to_fail():
     found = adaptive.advance(blow_up, None, jnp.array(1.0), 0.0, 2.0, 0.1)  # 1 / (1 - t)
     assert bool(found.failed) and float(found.time) < 1.0 + 1e-9

@@ -153,6 +153,25 @@ def test_particles_are_run_resumed_and_shown_without_jax(tmp_path: Path) -> None
     assert ends == [f"{command} ended with 0 False" for command, *_ in commands], done.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("callback", [None, lambda state: None])
+@pytest.mark.parametrize(
+    ("scene", "settings"),
+    [
+        ("tennis_racket", ["numerics.integrator='splitting'", "time.end='1000 s'", "output.series_every='1000 s'"]),
+        ("tennis_racket", ["numerics.integrator='adaptive'", "time.end='1000 s'", "output.series_every='1000 s'"]),
+        ("riemann_ellipsoid", ["output.series_every=100.0"]),
+        ("core_to_pulsar_scaling", []),
+    ],
+)
+def test_a_run_ends_with_its_last_step_wherever_its_next_output_is(scene, settings, callback, tmp_path):
+    scene = load_file(SIMS / f"{scene}.toml", [*settings, "time.max_steps=10"])
+    ds = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run", callback=callback, progress=False))
+    assert ds.step.values[-1] == 10
+    assert 0.0 < ds.time.values[-1] < scene.time.end
+    assert np.isfinite(ds.kinetic_energy.values).all()
+
+
 def test_runs_of_several_threads_come_one_after_another(tmp_path):
     scene = load_file(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=1 s"])
     order = []
