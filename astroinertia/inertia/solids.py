@@ -98,9 +98,9 @@ def layered_sphere(masses: Array, outer_radii: Array) -> Body:
     inner = xp.concatenate([xp.zeros_like(radii[..., :1]), radii[..., :-1]], axis=-1)
     refuse(inner >= radii, "the outer radii of layers must be positive and grow outwards")
     _, (masses, outer, inner) = checked(masses, ("inner_radius",), outer_radius=radii, inner_radius=inner)
-    total = masses.sum(-1)
-    square = (masses * _fifth_over_third(outer, inner)).sum(-1) / (5 * total)
-    return body_of(xp, total, square, square, square)
+    square = _fifth_over_third(outer, inner) / 5
+    layers = body_of(xp, masses, square, square, square)
+    return Body(masses.sum(-1), layers.centre[..., 0, :], layers.inertia.sum(-3))
 
 
 @with_quantities()

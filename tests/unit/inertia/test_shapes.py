@@ -270,6 +270,11 @@ def test_layers_of_a_sphere_add_up_and_hollows_are_holes():
     found = shapes.layered_sphere([1.0, 0.3, 2.0], [1.0, 2.0, 2.5])
     np.testing.assert_allclose(found.inertia, sum(each.inertia for each in layers), rtol=1e-14)
     assert found.mass == 3.3
+    # Of no mass in all, as a sphere that has only been filled otherwise: I is the difference that it makes.
+    filled = shapes.layered_sphere([1.0, -1.0], [1.0, 2.0])
+    apart = shapes.solid_sphere(1.0, 1.0).inertia - shapes.thick_spherical_layer(1.0, 2.0, 1.0).inertia
+    assert filled.mass == 0.0 and not filled.centre.any()
+    np.testing.assert_allclose(filled.inertia, apart, rtol=1e-14)
     hollow = shapes.box(6.0, 1.0, 2.0, 3.0) - shapes.box(0.4 * 1.4 * 2.4, 0.4, 1.4, 2.4)
     np.testing.assert_allclose(shapes.hollow_box(hollow.mass, 1, 2, 3, 0.3).inertia, hollow.inertia, rtol=1e-13)
 
