@@ -8,6 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from astroinertia.process.words import times_as_many
+
 COARSEST = 0.5  # smoothing length over the smallest semi-axis
 FRAGMENTS = 0.25
 """Jeans mass over a body's mass above which it is in one piece: the denser half of polytropes in equilibrium, of index
@@ -34,19 +36,19 @@ def resolution_warnings(
         warnings.append(
             f"the core, denser than a tenth of the greatest density, held only {least:.0f} particles, fewer than two "
             f"neighbourhoods ({fewest:.0f}): its density and spin depend on their number; take "
-            f"{_times(fewest, least)} as many."
+            f"{times_as_many(fewest, least)}."
         )
     most = min(1.0, FRAGMENTS * particles / fewest)
     if np.isfinite(jeans).any() and (lowest := float(np.nanmin(jeans))) < most:
         warnings.append(
             f"the Jeans mass fell to {lowest:.2g} of the mass of two neighbourhoods, so fragments may be artificial "
-            f"(Bate & Burkert 1997): take {_times(1.0, lowest)} as many particles, or stiffen the equation of state "
+            f"(Bate & Burkert 1997): take {times_as_many(1.0, lowest)} particles, or stiffen the equation of state "
             "at those densities."
         )
     if not boxed and np.isfinite(coarse).any() and (largest := float(np.nanmax(coarse))) > COARSEST:
         warnings.append(
             f"the smoothing length reached {largest:.2g} of the body's smallest semi-axis: its thickness is not "
-            f"resolved; take {_times((largest / COARSEST) ** 3, 1.0)} as many particles, or a kernel of fewer "
+            f"resolved; take {times_as_many((largest / COARSEST) ** 3)} particles, or a kernel of fewer "
             "neighbours."
         )
     return warnings
@@ -64,7 +66,3 @@ def _flown_apart(series: Mapping[str, np.ndarray]) -> str:
         f"start, 99 % of it within {most[-1]:.3g} times as far, and gravity does not hold it; its shape, spin and "
         "moment ratio are those of the debris. Less heat, slower rotation or a weaker pull from outside would hold it."
     )
-
-
-def _times(wanted: float, had: float) -> str:
-    return f"about {math.ceil(wanted / had)} times" if wanted < 1e6 * had else "many times"

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 _MINUTE, _HOUR, _DAY = 60.0, 3600.0, 86400.0
+_MANY = 1e6  # times as many of something, of which nobody asks how many
 
 
 def duration(seconds: float) -> str:
@@ -30,6 +31,19 @@ def size(number: float) -> str:
         if number >= scale:
             return _said(number / scale, unit)
     return _said(number / 1e3, "kB")
+
+
+def times_as_many(wanted: float, had: float = 1.0) -> str:
+    """How many times as many are needed, rounded up to two digits.
+
+    >>> print(times_as_many(116.0, 20.0), "and", times_as_many(521_252.0))
+    about 6 times as many and about 530000 times as many
+    """
+    if not wanted < _MANY * had:
+        return "many times as many"
+    factor = wanted / had
+    step = 10 ** max(0, len(str(math.ceil(factor))) - 2)
+    return f"about {math.ceil(factor / step) * step} times as many"
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:

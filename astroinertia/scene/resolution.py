@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.process.roots import bisected
+from astroinertia.process.words import times_as_many
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import CORE
 
@@ -65,5 +66,5 @@ def _line(name: str, value: str, poor: bool, why: str, factor: float) -> tuple[s
     return (
         name,
         value,
-        f"{why}; WARNING: too few, raise body.particles about {math.ceil(factor)}-fold" if poor else why,
+        f"{why}; WARNING: too few, take {times_as_many(factor)} particles" if poor else why,
     )

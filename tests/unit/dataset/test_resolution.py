@@ -1,5 +1,7 @@
 """Resolution: what is recorded of it, what is warned of, and what the plan says beforehand."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,8 @@ def test_each_warning_comes_where_it_should_and_says_what_to_change():
     for name, value, words in (
         ("core_particles", 20.0, ("only 20 particles", "(116)", "take about 6 times as many.")),
         ("jeans_ratio", 0.3, ("Jeans mass", "0.3", "take about 4 times as many particles")),
+        ("jeans_ratio", 1.91846e-6, ("Jeans mass", "take about 530000 times as many particles")),
+        ("jeans_ratio", 1e-3 / 1.005, ("Jeans mass", "take about 1100 times as many particles")),
         ("smoothing_to_thickness", 1.0, ("thickness is not", "take about 8 times as many particles")),
     ):
         (sentence,) = resolution_warnings({**fine, name: np.array([fine[name][0], value, fine[name][0]])}, 58.0)
@@ -125,6 +129,8 @@ def test_the_plan_counts_the_core_and_warns():
     assert star.density(star.radius_enclosing(share)) == pytest.approx(0.1 * star.central_density, rel=1e-6)
     text = plan(scene).text()
     assert f"core: {100 * share:.0f} particles" in text
+    fewest = 2.0 * smoothing(scene)[1]
+    assert f"take about {math.ceil(fewest / (100 * share))} times as many particles" in text
     many = plan(load.loads(SCENE, ["body.particles=30000"])).text()
     assert "WARNING" not in many
 
