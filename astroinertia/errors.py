@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+SAID = "the first process of the run says the same"
+"""A note of the error of another process, which is not to be said once more."""
 _MOST_SHARES = 8  # of members, in one sentence
 
 

@@ -45,7 +45,7 @@ from astroinertia.cli import (
 )
 from astroinertia.cli.parser import Add, Command, Options, add_scene, add_settings, parser_of
 from astroinertia.cli.screen import visible
-from astroinertia.errors import ArchiveError, AstroinertiaError, RunInterrupted, SceneError
+from astroinertia.errors import SAID, ArchiveError, AstroinertiaError, RunInterrupted, SceneError
 from astroinertia.process import interrupts, kept_programs, requirements
 from astroinertia.process.cache_directory import cache_directory
 from astroinertia.process.uncollected import uncollected
@@ -96,21 +96,21 @@ def _carried_out(arguments: Sequence[str] | None) -> int:
         with stop.warnings_as_sentences(_complain), hosts.joined(options):
             return options.command(options)
     except RunInterrupted as stopped:
-        _complain(stop.interruption_message(stopped))
+        _complain(stop.interruption_message(stopped), stopped)
         return INTERRUPTED
     except AstroinertiaError as error:
-        _complain(_ended(str(error)))
+        _complain(_ended(str(error)), error)
         return BAD_INPUT if isinstance(error, SceneError | ArchiveError) else FAILED
     except BrokenPipeError:
         # the reader (head, less) has gone; without this, Python complains once more when it closes the stream
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return GOOD
-    except MemoryError:
-        _complain("there is not enough memory for this.")
+    except MemoryError as error:
+        _complain("there is not enough memory for this.", error)
         return FAILED
     except OSError as error:
         said = f"{error.filename or 'a file'}: {error.strerror.lower()}" if error.strerror else str(error)
-        _complain(_ended(said))
+        _complain(_ended(said), error)
         return FAILED
 
 
@@ -130,8 +130,9 @@ def _written(descriptor: int, text: bytes) -> None:
             os.write(descriptor, text)
 
 
-def _complain(sentence: str) -> None:
-    print(_line(sentence), file=sys.stderr)
+def _complain(sentence: str, error: BaseException | None = None) -> None:
+    if SAID not in getattr(error, "__notes__", ()):
+        print(_line(sentence), file=sys.stderr)
 
 
 def _line(sentence: str) -> str:

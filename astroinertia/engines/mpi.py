@@ -3,6 +3,8 @@
 Tests: tests/scale/test_mpi.py.
 """
 
+import atexit
+import math
 import os
 import sys
 import time as clock
@@ -12,7 +14,7 @@ from importlib.metadata import version
 from typing import Any
 
 from astroinertia.engines.together import ALONE, Alone, Together
-from astroinertia.errors import RunInterrupted, SceneError
+from astroinertia.errors import SAID, RunInterrupted, SceneError
 from astroinertia.process.cores import cores
 from astroinertia.process.kept_programs import processor
 
@@ -44,7 +46,8 @@ def communicator() -> Any:
 def joined() -> Iterator[None]:
     """Within it, this process does runs together with the others that MPI has started.
 
-    SceneError where they cannot. If one of them ends by itself, all end.
+    SceneError where they cannot. If one of them ends by itself, all end; where all do, the errors of all but the first
+    have the note errors.SAID.
     """
     try:
         from mpi4py import MPI  # pyright: ignore[reportMissingImports]  an extra
@@ -58,18 +61,20 @@ def joined() -> Iterator[None]:
             f"MPI has started {started()} processes, but mpi4py knows of {world.Get_size()}: it is made for another "
             "MPI than the one that they were started by."
         )
-    if len(set(world.allgather(_kind()))) > 1:
-        # Each takes all steps by itself: they would go different ways.
-        raise SceneError("the processes of a run need the same processors and versions of packages; theirs differ.")
-    _share_cores(world.Split_type(MPI.COMM_TYPE_SHARED).Get_size())
-    _together.append(Together(world))
     try:
+        if len(set(world.allgather(_kind()))) > 1:
+            # Each takes all steps by itself: they would go different ways.
+            raise SceneError("the processes of a run need the same processors and versions of packages; theirs differ.")
+        _share_cores(world.Split_type(MPI.COMM_TYPE_SHARED).Get_size())
+        _together.append(Together(world))
         yield
-    except RunInterrupted:
-        world.Barrier()  # all are interrupted at the same step, and the first saves it
-        raise
-    except BaseException:
-        _end_all(world)
+    except BaseException as error:
+        # All are interrupted at the same step, and the first saves it, which may take long.
+        if _have_all_ended(world, math.inf if isinstance(error, RunInterrupted) else _PATIENCE):
+            if world.Get_rank() > 0:
+                error.add_note(SAID)
+        else:  # one has by itself, and says why; others wait for what it does not send
+            atexit.register(world.Abort, 1)
         raise
     finally:
         _together.clear()
@@ -85,11 +90,11 @@ def _share_cores(processes: int) -> None:
         os.environ.setdefault("NUMBA_NUM_THREADS", str(max(1, cores() // processes)))
 
 
-def _end_all(world: Any) -> None:
-    """Wait until all have failed alike; end them where one has by itself, and others wait for what it does not send."""
+def _have_all_ended(world: Any, patience: float) -> bool:
+    """Whether all come here within so many seconds, which are waited for."""
     all_have, since = world.Ibarrier(), clock.monotonic()
     while not all_have.Test():
-        if clock.monotonic() - since > _PATIENCE:
-            sys.stderr.flush()
-            world.Abort(1)
+        if clock.monotonic() - since > patience:
+            return False
         clock.sleep(0.01)
+    return True

@@ -102,7 +102,7 @@ def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path,
     begun = time.monotonic()
     if number == signal.SIGTERM:
         _, complaints = ended(process, 130)
-        assert complaints.count("stopped by SIGTERM") == 2
+        assert complaints.count("stopped by SIGTERM") == 1
     else:
         process.communicate(timeout=120)
         assert process.returncode not in (0, 130)
@@ -114,7 +114,7 @@ def test_stopped_and_killed_runs_go_on_with_other_numbers_of_processes(tmp_path,
 
 def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
     _, complaints = ended(several(2, tmp_path / "run", (*STEPPED, "numerics.engine='xla'")), 2)
-    assert complaints.count("for xla run with --coordinator auto") == 2
+    assert complaints.count("for xla run with --coordinator auto") == 1
     _, complaints = ended(started(tmp_path / "run", STEPPED, OMPI_COMM_WORLD_SIZE="2"), 2)
     assert "MPI has started 2 processes, but mpi4py knows of 1" in complaints
     # One of the two has another kind of processor, or says so.
@@ -123,8 +123,26 @@ def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
     words = ["run", str(ROOT / "sims" / "evrard.toml"), "--output", str(tmp_path / "run")]
     mine, other = ([mpiexec(), "-n", "1", sys.executable, "-m", "astroinertia"], [sys.executable, "-c", text])
     _, complaints = ended(begun([*mine, *words, ":", "-n", "1", *other, *words]), 2)
-    assert complaints.count("need the same processors and versions of packages; theirs differ") == 2
+    assert complaints.count("need the same processors and versions of packages; theirs differ") == 1
     assert not (tmp_path / "run").exists()
+    (tmp_path / "run").write_text("")  # which the first alone comes upon
+    _, complaints = ended(several(2, tmp_path / "run", STEPPED), 2)
+    assert complaints.count("astroinertia: ") == 1 and "first process" not in complaints
+
+
+def test_one_that_fails_by_itself_says_why_before_it_ends_the_others(tmp_path):
+    text = "import sys; from astroinertia.engines import mpi; mpi._PATIENCE = 1.0\n"
+    text += "from astroinertia.models.sph.evolution import Particles; from astroinertia.errors import NumericalError\n"
+    text += "def advance(*_): raise NumericalError('this one alone has failed')\n"
+    text += "Particles.advance = advance if sys.argv.pop(1) == 'fails' else Particles.advance\n"
+    text += "from astroinertia.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    words = ["run", str(ROOT / "sims" / "evrard.toml"), "--output", str(tmp_path / "run")]
+    words += ["--set", "body.particles=100", "--set", "effects.gravity.method='multipole'"]
+    one, other = ([sys.executable, "-c", text, each, *words] for each in ("goes on", "fails"))
+    process = begun([mpiexec(), "-n", "1", *one, ":", "-n", "1", *other])
+    _, complaints = process.communicate(timeout=300)
+    assert process.returncode not in (0, 130)
+    assert complaints.count("this one alone has failed") == 1
 
 
 def test_what_it_takes_is_named_where_it_is_missing(monkeypatch):
