@@ -20,7 +20,7 @@ from astroinertia.storage.columns import READERS, Columns, check_file, check_num
 Array = Any
 COLUMNS = Columns(
     "equation-of-state table", ("density", "internal_energy", "pressure"), ("temperature", "sound_speed"), 1_000_000,
-    {"rho": "density", "u": "internal_energy", "P": "pressure", "T": "temperature", "c": "sound_speed"},
+    {"rho": "density", "u": "internal_energy", "p": "pressure", "t": "temperature", "c": "sound_speed"},
     {"density": "density", "internal_energy": "specific_energy", "pressure": "pressure"},
 )  # fmt: skip
 FEWEST = 4  # densities, and energies at each

@@ -1,7 +1,7 @@
 """A user's own particles: columns mass, x, y, z and, if wanted, vx, vy, vz and u, or the last snapshot of a run.
 
 u is the specific internal energy, and may be called internal_energy or specific_internal_energy; mass m, M or masses;
-x to vz may be in capitals. An nc file is the result of an earlier run, or has the columns as variables; of csv, npz, h5
+capitals are as good. An nc file is the result of an earlier run, or has the columns as variables; of csv, npz, h5
 and hdf5 files, columns.py tells, of snapshots of other codes table_gadget.py and table_phantom.py. Density (rho),
 smoothing_length (h, hsml) and pressure may be columns, too, and are passed over. Tests:
 tests/unit/sph/test_initial_particles.py, tests/unit/storage/test_table_hdf5.py,
@@ -43,7 +43,6 @@ FEWEST_PARTICLES = 4  # that have a volume
 _ALIASES = {
     "m": "mass", "masses": "mass", "specific_internal_energy": "u", "internal_energy": "u", "rho": "density",
     "h": "smoothing_length", "hsml": "smoothing_length",
-    "M": "mass", "X": "x", "Y": "y", "Z": "z", "VX": "vx", "VY": "vy", "VZ": "vz",
 }  # fmt: skip
 _DIMENSIONS = (
     {"mass": "mass", "u": "specific_energy", "density": "density", "pressure": "pressure", "smoothing_length": "length"}
@@ -92,7 +91,7 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         columns, own, note = snapshot
         return replace(_checked(path, columns, fewest, own, True), note=note)
     reader = _READERS[suffix]
-    if suffix in HDF5_SUFFIXES and (place := netcdf_group(path, (*REQUIRED, *_ALIASES), COLUMNS.what)):
+    if suffix in HDF5_SUFFIXES and (place := netcdf_group(path, COLUMNS.spellings, COLUMNS.what)):
         reader = partial(_netcdf, group=place)
     columns, stated = reader(path, COLUMNS)
     return replace(_checked(path, columns, fewest, None, False), units=SI if stated else None)

@@ -43,6 +43,7 @@ Read = tuple[dict[str, np.ndarray], bool]
 class Columns:
     """What a file should hold: how messages call it, its columns, other names for them, and the most rows.
 
+    Names are in small letters here; a file may have them in capitals, too.
     dimensions: of the columns, where a file may state their units; one that is not used may be without.
     """
 
@@ -53,9 +54,16 @@ class Columns:
     aliases: Mapping[str, str] = field(default_factory=dict)
     dimensions: Mapping[str, str] = field(default_factory=dict)
 
+    @property
+    def spellings(self) -> tuple[str, ...]:
+        """All names of columns: in small letters, with a capital, and in capitals."""
+        names = (*self.required, *self.optional, *self.aliases)
+        return tuple({spelt: None for name in names for spelt in (name, name.capitalize(), name.upper())})
+
     def named(self, name: str) -> str:
-        """A column's own name."""
-        return self.aliases.get(name, name)
+        """A column's own name; what is none stays as it is."""
+        small = name.lower()
+        return self.aliases.get(small, small if small in self.required + self.optional else name)
 
     def check(self, path: Path, names: list[str]) -> None:
         """SceneError unless the names are all that is required, and nothing unknown or twice."""
@@ -234,7 +242,7 @@ def npz_columns(path: Path, wanted: Columns) -> Read:
     try:
         members = npz_members(path)
         names = {wanted.named(name): name for name in members}
-        wanted.check(path, [part for name in members for part in VECTORS.get(name, (wanted.named(name),))])
+        wanted.check(path, [part for name in map(wanted.named, members) for part in VECTORS.get(name, (name,))])
         arrays = {name: members[file]() for name, file in names.items()}
         if wrong := [name for name, column in arrays.items() if column.dtype.kind not in "fiu"]:
             raise ValueError(f"its column {wrong[0]} is not of numbers")
@@ -248,8 +256,7 @@ def npz_columns(path: Path, wanted: Columns) -> Read:
 
 def hdf5(path: Path, wanted: Columns) -> Read:
     """The columns of an HDF5 file, which may have units as attributes."""
-    names = (*wanted.required, *wanted.optional, *wanted.aliases)
-    columns, units = hdf5_columns(path, names, wanted.most, wanted.what)
+    columns, units = hdf5_columns(path, wanted.spellings, wanted.most, wanted.what)
     own = [wanted.named(name) for name in columns]
     wanted.check(path, own)
     scales = unit_scales(path, wanted, own, {wanted.named(name): unit for name, unit in units.items()})
