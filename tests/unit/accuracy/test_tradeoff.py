@@ -259,6 +259,9 @@ def test_the_legend_has_what_is_drawn(whole):
     data = table.read(table.write(whole))
     everything = {text.get_text() for text in tradeoff_figure(data).legends[0].get_texts()}
     assert {"base", "Pareto front", "particles", "precision"} <= everything
+    cheapest = data["cpu_time"] == data["cpu_time"].min()
+    alone = tradeoff_figure(data.assign(pareto=data["pareto"] & cheapest)).legends[0]  # of which no line is drawn
+    assert {text.get_text() for text in alone.get_texts()} == everything - {"Pareto front"}
     of_precision = data["error"].where(data["knob_turned"] == "precision")
     (legend,) = tradeoff_figure(data.assign(error=of_precision, pareto=0 * data["pareto"])).legends
     assert [text.get_text() for text in legend.get_texts()] == ["precision"]
