@@ -370,6 +370,7 @@ def _resume(options: Options) -> int:
     limit = stop.deadline(options)
     from astroinertia.accuracy.running import resume
     from astroinertia.process.freed_memory import keep_freed_memory
+    from astroinertia.storage.archive import Archive
 
     if cli_sweep.is_folder(options.run):
         from astroinertia.sweeps.folder import read
@@ -378,6 +379,7 @@ def _resume(options: Options) -> int:
             raise SceneError("a sweep goes on as it began: --set is for a run.")
 
         return _sweep(read(options.run), options.run, options, limit)
+    Archive.view(options.run)  # what is no run is said before what a run has no use for
     cli_sweep.refuse_options(options)
     keep_freed_memory()
     with Meter(_Console(highlight=False)) as meter:

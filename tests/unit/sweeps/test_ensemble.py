@@ -529,6 +529,10 @@ def test_the_command_line_runs_plans_and_shows_sweeps(tmp_path, monkeypatch, cap
     (tmp_path / "one.toml").write_text(SCENE.replace("[sweep]\n{sweep}\n", ""))
     assert main(["run", "one.toml", "--workers", "2"]) == 2
     assert "--workers is for a scene with [sweep]" in capsys.readouterr().err
+    assert main(["resume", "nowhere", "--workers", "2"]) == 2
+    assert "nowhere holds no run" in capsys.readouterr().err
+    assert main(["resume", "runs/core/member-0000", "--workers", "2"]) == 2
+    assert "--workers is for a scene with [sweep]" in capsys.readouterr().err
     assert main(["tradeoff", "core.toml"]) == 2
     assert "[sweep] makes several runs" in capsys.readouterr().err
 
