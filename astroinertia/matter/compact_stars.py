@@ -12,6 +12,7 @@ Tests: tests/unit/matter/test_compact_stars.py.
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -30,6 +31,8 @@ _SOLAR_DENSITY = SOLAR_MASS / SOLAR_LENGTH**3  # kg m-3
 
 _ROUNDING = 1e-13  # a value this close to that at an edge is the edge
 _BEYOND = 709.0  # ln of what numbers hold: the density of an almost isothermal gas grows past that at once
+_NEARER = 16.0  # by which a bound of eta comes down to the order of magnitude of the value looked for
+_SMALLEST = math.ulp(0.0)
 _CGS_DENSITY = 1e3  # kg m-3 in one g cm-3
 _CGS_PRESSURE = 0.1  # Pa in one dyn cm-2
 
@@ -109,7 +112,7 @@ class Barotrope:
 
     def piece_at(self, enthalpy: float) -> Piece:
         """The piece that holds eta, the lower one at a break; ValueError beyond the largest eta."""
-        if not 0 <= enthalpy <= self.edges[-1]:
+        if not 0 <= enthalpy <= self.edges[-1] or math.isinf(enthalpy):
             raise ValueError(
                 f"equation of state {self.name}: an enthalpy of {enthalpy:.6g} lies outside 0 to {self.edges[-1]:.6g}"
             )
@@ -118,8 +121,17 @@ class Barotrope:
 
     def _values(self, enthalpy) -> np.ndarray:
         flat = np.atleast_1d(np.asarray(enthalpy, dtype=float))
-        values = np.array([self.piece_at(float(value)).at(float(value)) for value in flat.ravel()])
+        values = np.array([self._at(float(value)) for value in flat.ravel()])
         return values.T.reshape(2, *np.shape(enthalpy))
+
+    def _at(self, enthalpy: float) -> tuple[float, float]:
+        with suppress(OverflowError, ZeroDivisionError):
+            values = self.piece_at(enthalpy).at(enthalpy)
+            if all(map(math.isfinite, values)):
+                return values
+        raise ValueError(
+            f"equation of state {self.name}: at an enthalpy of {enthalpy:.6g} its pressure is beyond what numbers hold"
+        )
 
     def rest_density(self, enthalpy) -> np.ndarray:
         """rho0 at eta, of the same shape."""
@@ -152,7 +164,8 @@ class Barotrope:
     def enthalpy_of(self, quantity: str, value: float) -> float:
         """Return eta where `rest_density`, `pressure` or `energy_density` has the value, to 1e-14.
 
-        ValueError above the largest value, inside a jump of density, and for a value that is not positive.
+        ValueError above the largest value, inside a jump of density, for a value that is not positive, and where eta
+        is none that numbers hold.
         """
         if quantity not in ("rest_density", "pressure", "energy_density"):
             raise ValueError(f"eta follows from rest_density, pressure or energy_density, not from {quantity!r}")
@@ -162,35 +175,44 @@ class Barotrope:
             """The logarithm of the quantity over the value, or how far numbers go."""
             try:
                 density, pressure = piece.at(enthalpy)
-            except OverflowError:
+            except (OverflowError, ZeroDivisionError):
                 return _BEYOND
             quantities = {
                 "rest_density": density,
                 "pressure": pressure,
                 "energy_density": density * (1 + enthalpy) - pressure,
             }
-            ratio = quantities[quantity] / value
-            return min(math.log(ratio), _BEYOND) if ratio > 0 else -_BEYOND
+            ratio = float(quantities[quantity]) / float(value)
+            if not math.isfinite(ratio):
+                return _BEYOND
+            return math.log(ratio) if ratio > 0 else -_BEYOND
 
         for low, high, piece in zip(self.edges, self.edges[1:], self.pieces, strict=False):
             if math.isinf(high):
-                high = max(2 * low, 1e-12)
+                high = max(2 * low, 1.0)
                 while excess(high, piece) < 0:
                     high *= 4
-                    if high > 1e12:
-                        raise ValueError(f"equation of state {self.name}: it never reaches a {quantity} of {value:.6g}")
+                    if math.isinf(high):
+                        raise ValueError(f"equation of state {self.name}: it never reaches {quantity} = {value:.6g}")
             if excess(high, piece) >= -_ROUNDING:
                 if excess(low, piece) > _ROUNDING:
                     raise ValueError(
-                        f"equation of state {self.name}: a {quantity} of {value:.6g} lies inside a jump of density"
+                        f"equation of state {self.name}: {quantity} = {value:.6g} lies inside a jump of density"
                     )
                 if excess(low, piece) >= 0:
                     return low
                 if excess(high, piece) <= 0:
                     return high
-                return root_between(partial(excess, piece=piece), low, high, 1e-300, 8.9e-16)
+                while excess(nearer := max(low, high / _NEARER), piece) > 0:
+                    high = nearer
+                if nearer == 0.0:
+                    raise ValueError(
+                        f"equation of state {self.name}: {quantity} = {value:.6g} is that of an enthalpy below what "
+                        "numbers hold"
+                    )
+                return root_between(partial(excess, piece=piece), nearer, high, _SMALLEST, 8.9e-16)
         raise ValueError(
-            f"equation of state {self.name}: a {quantity} of {value:.6g} lies above the largest that it covers, "
+            f"equation of state {self.name}: {quantity} = {value:.6g} lies above the largest that it covers, "
             f"{value * math.exp(excess(self.edges[-1], self.pieces[-1])):.6g}"
         )
 
@@ -293,7 +315,8 @@ def piecewise_polytrope(
         pieces.append(PowerLaw(density, scale, offset, index))
         if i < len(densities):
             edges.append(offset + scale * (densities[i] / density) ** (gamma - 1))
-    return Barotrope(name, (*edges, math.inf), tuple(pieces))
+    largest = math.inf if gammas[-1] > 1 else pieces[-1].offset  # to which eta goes where the density has no bound
+    return Barotrope(name, (*edges, largest), tuple(pieces))
 
 
 @lru_cache(maxsize=1)

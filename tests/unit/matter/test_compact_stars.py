@@ -140,7 +140,7 @@ def test_refusals():
         JUMPING.enthalpy_of("rest_density", 4.5e-4)
     with pytest.raises(ValueError, match="positive and finite"):
         JUMPING.enthalpy_of("pressure", math.nan)
-    with pytest.raises(ValueError, match="never reaches a rest_density"):
+    with pytest.raises(ValueError, match="never reaches rest_density = 2"):
         constant_density(1.0).enthalpy_of("rest_density", 2.0)
     with pytest.raises(ValueError, match="not from 'temperature'"):
         JUMPING.enthalpy_of("temperature", 1.0)
@@ -158,6 +158,35 @@ def test_refusals():
         polytrope(-1.0, 2.0)
     with pytest.raises(ValueError, match="lies outside"):
         JUMPING.pressure(-1e-3)
+
+
+def test_extreme_values_have_their_enthalpy_or_a_sentence():
+    law = polytrope(100.0, 2.0)  # eta = 2 K rho0
+    for density in (1e-310, 1e-290, 1e-50, 1e50, 1e250):
+        assert law.enthalpy_of("rest_density", density) == pytest.approx(200.0 * density, rel=1e-12)
+    for pressure in (1e-300, 1e150):  # K rho0^2
+        assert law.enthalpy_of("pressure", pressure) == pytest.approx(20.0 * math.sqrt(pressure), rel=1e-12)
+    stiff = polytrope(1.0, 50.0)
+    with pytest.raises(ValueError, match="rest_density = 1e-09 is that of an enthalpy below what numbers hold"):
+        stiff.enthalpy_of("rest_density", 1e-9)  # 1e-441
+    with pytest.raises(ValueError, match="never reaches rest_density = 1e\\+150"):
+        stiff.enthalpy_of("rest_density", 1e150)
+    for equation, enthalpy in ((polytrope(1.0, 1.001), 1e12), (law, 1e300)):
+        with pytest.raises(ValueError, match="its pressure is beyond what numbers hold"):
+            equation.energy_density(enthalpy)
+    with pytest.raises(ValueError, match="an enthalpy of inf lies outside"):
+        law.sound_speed_squared(math.inf)
+
+
+def test_soft_matter_inside_has_a_largest_enthalpy():
+    """P = K rho0^gamma with gamma below 1: the enthalpy comes to a bound as the density goes to infinity."""
+    soft = piecewise_polytrope(1.0, [2.0, 0.5], [1e-3])
+    assert soft.largest_enthalpy == pytest.approx(3e-3, rel=1e-14)
+    assert soft.enthalpy_of("pressure", 1e-4) == pytest.approx(3e-3 - 1e-4 / 10.0, rel=1e-12)  # rho0 = 10
+    with pytest.raises(ValueError, match="lies outside 0 to 0.003"):
+        soft.pressure(1.0)
+    with pytest.raises(ValueError, match="beyond what numbers hold"):
+        soft.rest_density(soft.largest_enthalpy)
 
 
 def test_sound_faster_than_light_is_reported():
