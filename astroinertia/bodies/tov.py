@@ -34,6 +34,7 @@ from astroinertia.process.positive import require_positive
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
 _START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-14
+_LOST = 1e-9  # share of the energy density at the centre that rounding may be: what is left of rho0 (1 + eta) - P
 _SHALLOWEST = 1e-7  # least M/R over h_c: a polytrope of n = 4.9999 has 1e-5, one of n = 5 is infinite
 _HANDOVER = 0.5  # h/h_c at which the fourth root takes over
 _ROOT = 4  # h/h_c = t^4: rho0 ~ h^n becomes t^(4 n)
@@ -115,10 +116,17 @@ class _Equations:
     ) -> None:  # fmt: skip
         self.relativistic, self.perturbation = relativistic, perturbation
         self.innermost = equation_of_state.piece_at(central_enthalpy)
-        self.rest_density, self.pressure = self.innermost.at(central_enthalpy)
+        self.rest_density = float(equation_of_state.rest_density(central_enthalpy))
+        self.pressure = float(equation_of_state.pressure(central_enthalpy))
         self.h_c = math.log1p(central_enthalpy) if relativistic else central_enthalpy
         heavy = self.rest_density * (1 + central_enthalpy) - self.pressure
         self.e_c = heavy if relativistic else self.rest_density
+        rounding = np.finfo(float).eps * self.rest_density * (1 + central_enthalpy)
+        if self.pressure < np.finfo(float).tiny or (relativistic and rounding > _LOST * heavy):
+            raise NumericalError(
+                f"equation of state {equation_of_state.name}: at a central enthalpy of {central_enthalpy:.6g} density "
+                "and pressure lie beyond the digits of numbers"
+            )
 
     def local(self, piece: Piece, fraction: float, U: float, W: float) -> tuple[Local, float]:
         """What holds at a place, and the rest density there over e_c."""

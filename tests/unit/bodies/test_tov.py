@@ -10,6 +10,7 @@ import pytest
 
 from astroinertia.bodies.polytrope import Polytrope, lane_emden, polytrope_radius
 from astroinertia.bodies.tov import structure
+from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, constant_density, piecewise_polytrope, polytrope
 
 REFERENCE = [
@@ -110,5 +111,10 @@ def test_refusals():
     equation = polytrope(100.0, 2.0)
     with pytest.raises(ValueError, match="central_enthalpy must be positive"):
         structure(equation, -0.1)
+    for matter, enthalpy in ((equation, 1e-300), (polytrope(1.0, 1.001), 0.3), (constant_density(1e-3), 1e12)):
+        with pytest.raises(NumericalError, match="lie beyond the digits of numbers"):
+            structure(matter, enthalpy)
+    with pytest.raises(ValueError, match="its pressure is beyond what numbers hold"):
+        structure(polytrope(1.0, 1.001), 1e12)
     with pytest.raises(ValueError, match="tolerance must lie between"):
         structure(equation, 0.1, tolerance=1e-16)
