@@ -182,7 +182,7 @@ def _added_weight(body: Characteristic, options: Options) -> float | None:
 
 
 def _size(body: Characteristic, options: Options) -> Found:
-    assert body.dynamical_time is not None
+    assert body.dynamical_time is not None and body.radius is not None
     pull, away = 0.0, math.dist(options["origin"], body.position)
     if options["quadratic"] is not None:
         pull += max(abs(entry) for row in options["quadratic"] for entry in row)
@@ -190,7 +190,9 @@ def _size(body: Characteristic, options: Options) -> Found:
         near = max(away, options["core"] or 0.0)
         pull += options["circular_speed"] ** 2 / near**2 if near > 0.0 else math.inf
     parameter = pull * body.dynamical_time**2
-    if options["point_mass"] is not None:
+    if options["point_mass"] is not None and away < body.radius:
+        parameter += _added_weight(body, options) or 0.0  # not a tide: most of the body is farther away than its middle
+    elif options["point_mass"] is not None:
         parameter += tidal_parameter(body, options["point_mass"], max(away, options["softening"] or 0.0))
     return parameter, tidal_change(body, parameter)
 

@@ -53,6 +53,22 @@ def test_sun_and_moon_precess_the_earth_by_fifty_arc_seconds_a_year():
     assert sum(turns.values()) / ARCSECOND == pytest.approx(50.3, rel=0.1)
 
 
+def test_a_light_mass_inside_a_body_is_no_tide_however_small_its_softening():
+    """In the middle of a uniform sphere its share of the virial is M' <1/R> over 3/5 M/R, which is 5/2 M'/M."""
+    body, mass = earth(YEAR), 1e-6 * EARTH
+    options = dict.fromkeys(CATALOGUE["external_field"].options)
+
+    def number(away: float, softening: float) -> float:
+        given = {"point_mass": mass, "softening": softening * body.radius, "origin": (away * body.radius, 0.0, 0.0)}
+        found = effect_size(SIZES["external_field"], body, {**options, **given}).number
+        assert found is not None
+        return found * body.mass / mass
+
+    assert number(0.0, 1e-4) == pytest.approx(2.5, rel=1e-6)
+    assert number(0.0, 20.0) == pytest.approx(20.0**-3, rel=1e-2)
+    assert number(10.0, 1e-4) == pytest.approx(1e-3, rel=1e-12)
+
+
 def test_the_earth_turns_366_times_a_year():
     assert earth(YEAR).turns == pytest.approx(366.24, rel=1e-4)
 
