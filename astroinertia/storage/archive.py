@@ -459,10 +459,14 @@ def refuse_for_netcdf(path: Path, kind: type[AstroinertiaError] = ArchiveError) 
 def refuse_if_taken(folder: Path, metadata: Mapping[str, Any]) -> None:
     """Raise ArchiveError if the folder holds a run already, or the result of one; one that is not there is free.
 
-    Also for a path that netCDF would take for another.
+    Also for a path that netCDF would take for another, and for a folder that cannot be made or written.
     """
     refuse_for_netcdf(folder)
-    if not folder.is_dir():
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+        why = "may not be written to" if there.is_dir() else "is a file"
+        raise ArchiveError(f"the run folder {folder} cannot be made: {there} {why}.")
+    if there != folder:
         return
     if (folder / SWEEP).exists():
         raise ArchiveError(f"{folder} already holds a sweep; choose another folder.")

@@ -183,7 +183,7 @@ def test_soft_matter_inside_has_a_largest_enthalpy():
     soft = piecewise_polytrope(1.0, [2.0, 0.5], [1e-3])
     assert soft.largest_enthalpy == pytest.approx(3e-3, rel=1e-14)
     assert soft.enthalpy_of("pressure", 1e-4) == pytest.approx(3e-3 - 1e-4 / 10.0, rel=1e-12)  # rho0 = 10
-    with pytest.raises(ValueError, match="lies outside 0 to 0.003"):
+    with pytest.raises(ValueError, match=r"lies outside 0 to 0\.003"):
         soft.pressure(1.0)
     with pytest.raises(ValueError, match="beyond what numbers hold"):
         soft.rest_density(soft.largest_enthalpy)

@@ -520,8 +520,16 @@ def test_a_disk_that_refuses_leaves_what_is_there(tmp_path, monkeypatch):
     assert_consistent(tmp_path)
 
 
-def test_places_that_cannot_hold_a_run_are_refused(tmp_path):
+def test_places_that_cannot_hold_a_run_are_refused_before_it(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
+    for place in ("file", "file/run"):
+        with pytest.raises(ArchiveError, match=r"cannot be made: .*/file is a file\."):
+            refuse_if_taken(tmp_path / place, METADATA)
+    refuse_if_taken(tmp_path / "new" / "run", METADATA)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "access", lambda path, mode: path != tmp_path)
+        with pytest.raises(ArchiveError, match=f"cannot be made: {tmp_path} may not be written to"):
+            refuse_if_taken(tmp_path / "new" / "run", METADATA)
     with pytest.raises(ArchiveError, match="cannot be made"):
         Archive.create(tmp_path / "file", METADATA)
     with pytest.raises(ArchiveError, match="holds no run"):
