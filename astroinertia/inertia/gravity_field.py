@@ -266,7 +266,8 @@ def ellipsoid_field(mass: float, semi_axes: Array, degree: int, radius: float) -
 def layered_field(densities: Array, semi_axes: Array, degree: int, radius: float) -> GravityField:
     """The field of homogeneous layers between ellipsoids, from the inside out: densities (n,), semi_axes (n, 3).
 
-    The sum of the whole ellipsoids of the steps in density. Layers of other shapes are sums of `mesh_field`s of the
+    The sum of the whole ellipsoids of the steps in density. ValueError for negative densities, and where an ellipsoid
+    does not contain the one before. Layers of other shapes are sums of `mesh_field`s of the
     steps likewise.
 
     >>> core_and_mantle = layered_field((11.0, 4.4), [(3.47, 3.47, 3.46), (6.38, 6.38, 6.36)], 4, 6.38)
@@ -276,6 +277,10 @@ def layered_field(densities: Array, semi_axes: Array, degree: int, radius: float
     axes, values = np.asarray(semi_axes, dtype=float), np.asarray(densities, dtype=float)
     if axes.shape != (len(values), 3) or not len(values):
         raise ValueError("layers need densities (n,) and semi-axes (n, 3)")
+    if not ((values >= 0) & (values < np.inf)).all() or not values.any():
+        raise ValueError("the densities of layers must be finite, not negative and not all 0")
+    if not (np.isfinite(axes).all() and (axes > 0).all() and (np.diff(axes, axis=0) >= 0).all()):
+        raise ValueError("the semi-axes of layers must be above 0, and none may shrink outwards")
     masses = 4 / 3 * np.pi * (values - np.append(values[1:], 0.0)) * axes.prod(-1)
     parts = [ellipsoid_field(1.0, each, degree, radius).coefficients for each in axes]
     total = float(masses.sum())

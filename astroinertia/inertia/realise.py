@@ -80,8 +80,8 @@ def point_masses(inertia: Array, mass: float | None = None, radius: float | None
     second, axes = _principal_second_moments(inertia)
     total = second.sum()
     for name, value in (("mass", mass), ("radius", radius)):
-        if value is not None and not value > 0:
-            raise ValueError(f"the {name} must be positive, and is {value:g}")
+        if value is not None and not 0 < value < np.inf:
+            raise ValueError(f"the {name} must be positive and finite, and is {value:g}")
     if total == 0.0:
         if mass is None:
             raise ValueError("a tensor of zeros is that of one point, whose mass must be given")

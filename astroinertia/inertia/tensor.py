@@ -213,7 +213,8 @@ def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]
     """Mass (...,) and inertia tensor (..., 3, 3) about its centre of a sphere with a radial density profile.
 
     radius (n,), ascending, not negative; density (..., n) at these radii, linear between them and 0 outside of them.
-    M = 4 pi int rho r^2 dr and I = (8 pi / 3) int rho r^4 dr, exact for that density. ValueError for other radii.
+    M = 4 pi int rho r^2 dr and I = (8 pi / 3) int rho r^4 dr, exact for that density. ValueError for other radii, and
+    for densities that are not finite.
 
     >>> r = np.linspace(0.0, 1.0, 1001)
     >>> mass, moment = radial_profile_inertia(r, np.ones_like(r))[:2]
@@ -225,9 +226,11 @@ def radial_profile_inertia(radius: Array, density: Array) -> tuple[Array, Array]
     xp = namespace(radius, density)
     radius, density = xp.asarray(radius), xp.asarray(density)
     if is_known(radius) and not (
-        radius.ndim == 1 and radius.size > 1 and radius[0] >= 0 and (xp.diff(radius) > 0).all()
+        radius.ndim == 1 and radius.size > 1 and radius[0] >= 0 and radius[-1] < np.inf and (xp.diff(radius) > 0).all()
     ):
-        raise ValueError("the radii must be two or more, ascending and not negative")
+        raise ValueError("the radii must be two or more, ascending, not negative and finite")
+    if is_known(density) and not xp.isfinite(density).all():
+        raise ValueError("the densities of a profile must be finite")
     if density.shape[-1:] != radius.shape:
         raise ValueError(f"density must have a value at each of the {radius.size} radii, not the shape {density.shape}")
     share = xp.asarray(0.5 * (1 + _GAUSS_NODES), dtype=density.dtype)

@@ -274,6 +274,17 @@ PLAIN = GravityField(1.0, 1.0, ellipsoid_field(1.0, (1.0, 1.0, 0.9), 2, 1.0).coe
         (lambda: particle_field([1.0, -1.0], np.eye(3)[:2], 2, 1.0), "particles need masses (N,), which do not add up"),
         (lambda: mesh_field(np.eye(3), [[0, 1, 2]], 2, 1.0, mass=1.0), "the mesh is not closed"),
         (lambda: layered_field((1.0,), [(1, 1, 1), (2, 2, 2)], 2, 1.0), "layers need densities (n,) and semi-axes"),
+        (
+            lambda: layered_field((1.0, -1.0), [(1, 1, 1), (2, 2, 2)], 2, 1.0),
+            "the densities of layers must be",
+        ),
+        (lambda: layered_field((np.nan,), [(1, 1, 1)], 2, 1.0), "the densities of layers must be"),
+        (lambda: layered_field((0.0,), [(1, 1, 1)], 2, 1.0), "the densities of layers must be"),
+        (lambda: layered_field((1.0,), [(1, 1, 0)], 2, 1.0), "the semi-axes of layers must be above 0"),
+        (
+            lambda: layered_field((1.0, 2.0), [(2, 2, 2), (2, 2, 1)], 2, 1.0),
+            "the semi-axes of layers must be above 0, and none may shrink",
+        ),
         (lambda: gravity_field(np.zeros((3, 3)), 1.0, 1.0), "coefficients must be finite numbers of the shape (2,"),
         (
             lambda: gravity_field(np.zeros((2, 3, 3)), 1.0, 1.0, "full"),

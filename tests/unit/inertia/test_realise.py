@@ -284,5 +284,7 @@ def test_a_fit_moves_every_particle():
 
 
 def test_a_series_of_tensors_is_refused_with_the_shape_that_is_taken():
+    with pytest.raises(ValueError, match="the mass must be positive and finite, and is inf"):
+        realise.point_masses(SOLID, np.inf)
     with pytest.raises(TypeError, match=r"inertia \(2, 3, 3\), mass \(\); it takes inertia \(3, 3\)"):
         realise.point_masses(np.stack([SOLID, SOLID]), 1.0)

@@ -178,6 +178,10 @@ def test_a_radial_profile_is_integrated_exactly_where_it_is_linear():
     np.testing.assert_allclose(inertia, moment * np.eye(3), rtol=1e-14)
     with pytest.raises(ValueError, match="ascending"):
         tensor.radial_profile_inertia(np.array([0.2, 0.2]), np.ones(2))
+    with pytest.raises(ValueError, match="and finite"):
+        tensor.radial_profile_inertia(np.array([0.2, np.inf]), np.ones(2))
+    with pytest.raises(ValueError, match="the densities of a profile must be finite"):
+        tensor.radial_profile_inertia(np.array([0.2, 0.3]), np.array([1.0, np.nan]))
 
 
 def test_an_offset_of_another_shape_is_answered_with_every_shape_that_is_taken():
