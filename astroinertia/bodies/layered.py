@@ -261,9 +261,12 @@ def linear_layers(
     concrete = all(is_known(array) for array in (outer_radii, inner_densities, outer_densities))
     xp = np if concrete else jnp
     radii, inner, outer = (xp.asarray(array, dtype=float) for array in (outer_radii, inner_densities, outer_densities))
-    x = radii / xp.where(radii[-1] > 0, radii[-1], 1.0)  # a surface at or below 0 is refused by what follows
-    x_in = xp.concatenate([xp.zeros(1), x[:-1]])
-    width = x - x_in
+    if not inner.shape == outer.shape == radii.shape:
+        raise ValueError(f"{inner.size} and {outer.size} densities need as many radii in one list, not {radii.shape}")
+    with np.errstate(invalid="ignore"):  # a surface at infinity, or at or below 0, is refused by what follows
+        x = radii / xp.where(radii[-1] > 0, radii[-1], 1.0)
+        x_in = xp.concatenate([xp.zeros(1), x[:-1]])
+        width = x - x_in
     slope = xp.where(width > 0, (outer - inner) / xp.where(width > 0, width, 1.0), 0.0)
     return _checked(radii, _stacked(concrete, [inner - slope * x_in, slope]), gravitational_constant)
 

@@ -157,6 +157,14 @@ def test_a_table_from_the_surface_down_is_refused_without_a_warning():
         tabulated_layers([1.0, 0.5, 0.0], [1.0, 2.0, 3.0])
 
 
+def test_a_table_is_of_as_many_densities_as_radii_and_ends_somewhere():
+    with pytest.raises(ValueError, match=r"1 and 1 densities need as many radii in one list, not \(2,\)"):
+        tabulated_layers([1.0, 2.0], [1.0])
+    for radii in ([1.0, np.inf], [np.inf, np.inf]):
+        with pytest.raises(ValueError, match="ascend from the centre"):
+            tabulated_layers(radii, [1.0, 1.0])
+
+
 def test_a_density_that_falls_below_zero_inside_a_layer_is_refused():
     with pytest.raises(ValueError, match="positive in every layer"):
         polynomial_layers([1.0], [[1.0, -4.0, 3.9]])
