@@ -344,16 +344,24 @@ def test_a_run_whose_gas_is_accreted_ends_with_a_result_that_says_so(timesteps: 
     assert file.read_bytes() == written
 
 
-def test_what_is_accreted_last_is_what_is_farthest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 200 particles that all collapse at once, the eight that are farthest from the densest stay."""
-    body = prepared(CLOUD, "body.particles=200")
+@pytest.mark.parametrize(
+    ("settings", "number"), [([], 8), (["numerics.neighbours=200"], 22), (["numerics.kernel=quintic"], 9)]
+)
+def test_what_is_accreted_last_is_what_is_farthest(
+    settings: list[str], number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 200 particles that all collapse at once, those farthest from the densest stay, for all to have a length."""
+    body = prepared(CLOUD, "body.particles=200", "effects.sinks.radius=0.4", *settings)
     state = body.state
     densest = int(np.argmax(state.rates.fluid.density))
     order = np.concatenate([[densest], np.delete(np.arange(200), densest)])
     monkeypatch.setattr(accretion, "_new_sink", lambda *_: order)
     after, _ = accretion.step(body.problem, body.arrangement, state)
     away = np.linalg.norm(state.position - state.position[densest], axis=1)
-    assert set(after.identity) == set(state.identity[np.argsort(away)[-8:]])
+    assert set(after.identity) == set(state.identity[np.argsort(away)[-number:]])
+    assert body.over == ""
+    body.state = after
+    assert body.over == f"all but {number} particles of the gas have been accreted"
     assert after.points["sinks"].mass.sum() + after.mass.sum() == pytest.approx(state.mass.sum(), rel=1e-13)
 
 

@@ -20,7 +20,7 @@ from astroinertia.inertia.spin import angular_velocity
 from astroinertia.inertia.tensor import inertia_from_second_moment
 from astroinertia.ledger.moments import after_heating, after_removal, removed, whole
 from astroinertia.models.sph.evaluate import evaluated
-from astroinertia.models.sph.evolution import FEWEST
+from astroinertia.models.sph.evolution import FEWEST, enough
 from astroinertia.models.sph.limits import total_acceleration
 from astroinertia.models.sph.points import with_others, without_others
 from astroinertia.models.sph.record import energy_budget
@@ -41,9 +41,9 @@ def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
     sinks = state.points["sinks"]
     groups = _accreted(state, sinks, effect)
     new = _new_sink(problem, state, sinks, effect)
-    if sum(map(len, groups.values())) + (0 if new is None else len(new)) > len(state.mass) - FEWEST:
-        groups, new = _all_but_a_few(state, sinks, groups, new)
-    taken = np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
+    if not enough(problem, np.delete(state.mass, _taken(groups, new))):
+        groups, new = _all_but_a_few(problem, state, sinks, groups, new)
+    taken = _taken(groups, new)
     grown = _grown(state, sinks, groups)
     if new is not None:
         grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
@@ -151,17 +151,23 @@ def _accreted(state: State, sinks: Sinks, effect: Any) -> dict[int, Array]:
     return {k: np.flatnonzero(best == k) for k in range(len(sinks.mass)) if (best == k).any()}
 
 
+def _taken(groups: dict[int, Array], new: Array | None) -> Array:
+    return np.concatenate([np.zeros(0, int), *groups.values(), *([] if new is None else [new])])
+
+
 def _all_but_a_few(
-    state: State, sinks: Sinks, groups: dict[int, Array], new: Array | None
+    problem: Problem, state: State, sinks: Sinks, groups: dict[int, Array], new: Array | None
 ) -> tuple[dict[int, Array], Array | None]:
-    """The same without those that are farthest away, so that FEWEST particles stay."""
+    """The same without those that are farthest away, so that just enough particles stay."""
     distance = np.full(len(state.mass), np.inf)
     for k, chosen in groups.items():
         distance[chosen] = np.linalg.norm(state.position[chosen] - sinks.position[k], axis=1)
     if new is not None:
         distance[new] = np.linalg.norm(state.position[new] - state.position[new[0]], axis=1)
+    farthest = np.argsort(distance, kind="stable")[::-1]
+    number = next((n for n in range(FEWEST, len(farthest)) if enough(problem, state.mass[farthest[:n]])), len(farthest))
     stays = np.zeros(len(distance), bool)
-    stays[np.argsort(distance, kind="stable")[-FEWEST:]] = True
+    stays[farthest[:number]] = True
     left = {k: chosen[~stays[chosen]] for k, chosen in groups.items() if not stays[chosen].all()}
     new = None if new is None or stays[new].all() else new[~stays[new]]
     return left, new

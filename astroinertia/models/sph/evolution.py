@@ -25,6 +25,7 @@ from astroinertia.models.sph.sorting import in_order, places_of, rearranged, sta
 from astroinertia.models.sph.state import Problem, State, without_gradients
 from astroinertia.models.sph.step import step
 from astroinertia.observables.quantities import TIMESTEP_CRITERIA
+from astroinertia.sph.density import mass_around
 
 # Particles are sorted again, and checkpoints may be taken, every so many steps and after each that was of several
 # intervals: a resumed run then sorts where the uninterrupted one did, and both compute the same bits.
@@ -33,6 +34,7 @@ STEPS_BETWEEN_SORTS = 16
 SMALLEST_STEP = 1e-13
 SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 FEWEST = 8  # particles that still are a fluid
+SPARE = 1.5  # times the mass without which the heaviest particle has no smoothing length
 
 IN_A_BOX: dict[str, str] = dict.fromkeys(
     ("virial_tensor", "virial_mismatch", "torque", "inertia_acceleration", "gw_strain_plus", "gw_strain_cross"),
@@ -41,6 +43,12 @@ IN_A_BOX: dict[str, str] = dict.fromkeys(
 
 Between = Callable[[Problem, Any, State], tuple[State, Any]]
 BaseStep = Callable[..., tuple[State, Any, Any]]  # block_step.step
+
+
+def enough(problem: Problem, mass: np.ndarray, taken: float = 0.0) -> bool:
+    """Whether particles of masses (N,) still are a fluid, each with a smoothing length, once that much is taken."""
+    least = SPARE * mass_around(problem.kernel, problem.eta) * mass.max(initial=0.0)
+    return len(mass) >= FEWEST + (taken > 0.0) and mass.sum() - taken > least
 
 
 class Particles:
@@ -90,7 +98,8 @@ class Particles:
     @property
     def over(self) -> str:
         """Why nothing is left to evolve (models.protocol.RunsOut)."""
-        few = self.between is not None and len(self.state.mass) <= FEWEST
+        mass = self.state.mass
+        few = self.between is not None and not enough(self.problem, mass, mass.max())
         return f"all but {len(self.state.mass)} particles of the gas have been accreted" if few else ""
 
     @property
