@@ -165,7 +165,8 @@ def _measured(scene: Scene, observables: Sequence[SelectedObservable], folder: P
     dataset = datasets.open(file)
     values = {observable.name: value(dataset, observable).tolist() for observable in observables}
     if float(dataset["time"][-1]) < scene.time.end * (1.0 - 1e-12):
-        raise SceneError("[time] max_steps ends the run before its end, at which the observables are taken.")
+        early = dataset.attrs["ended_early"]
+        raise SceneError(f"a run is over before its end, at which the observables are taken: {early}.")
     return Measured(
         values=values, components={observable.name: components(dataset, observable) for observable in observables},
         step_time=body.step_time, cpu_time=body.cpu_time, wall_time=wall, preparation_time=preparation,

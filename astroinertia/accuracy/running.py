@@ -123,7 +123,7 @@ def _completion(scene: Scene, folder: Path, listener: Listener | None, deadline:
                 raise CompanionInterrupted(folder, _words(run), number + 1, len(runs), share, stopped.by) from None
             outcomes.append((run, outcome))
         chosen = main.attrs.get("model") == "sph" and "choice" in main.attrs
-        comment = _without_bars(outcomes) or (BESIDE_CHOICE if chosen else "")
+        comment = _without_bars(outcomes) or _shorter(main, outcomes) or (BESIDE_CHOICE if chosen else "")
         return with_error_bars(main, outcomes).assign_attrs(
             {"error_bars_comment": comment} if comment else {},
             error_bars_companion_runs=", ".join(run.name for run in runs),
@@ -137,6 +137,17 @@ def _without_bars(outcomes: Sequence[tuple[CompanionRun, xr.Dataset | str]]) -> 
     """Why there are no error bars; empty where there are."""
     failed = ((_words(run), outcome) for run, outcome in outcomes if isinstance(outcome, str))
     return next((f"no error bars: the companion run {words} failed: {why.rstrip('.')}" for words, why in failed), "")
+
+
+def _shorter(main: xr.Dataset, outcomes: Sequence[tuple[CompanionRun, xr.Dataset | str]]) -> str:
+    """Why error bars end before the run; empty where they do not."""
+    ends = ((float(outcome["time"][-1]), run, outcome) for run, outcome in outcomes if not isinstance(outcome, str))
+    end, run, outcome = min(ends, key=lambda found: found[0])
+    if not end < float(main["time"][-1]) * (1.0 - loop.SAME_TIME):
+        return ""
+    at = f"{end:.6g} {main['time'].attrs['units'].removeprefix('1')}".rstrip()
+    why = outcome.attrs.get("ended_early", "")
+    return f"no error bars after time {at}, where the companion run {_words(run)} is over: {why}"
 
 
 def _carried_out(companion: CompanionRun, folder: Path, listener: Listener | None, deadline: float) -> xr.Dataset:

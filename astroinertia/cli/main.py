@@ -413,7 +413,7 @@ def _sweep(sweep: "Sweep", folder: Path, options: Options, deadline: float) -> i
     with Meter(_Console(highlight=False), "members are at work") as meter:
         outcome = cli_sweep.carry_out(sweep, folder, options, deadline, meter, _say)
     unclosed = cli_sweep.unclosed(outcome.file)
-    for line in (*cli_sweep.failures(sweep, outcome.failures), *unclosed):
+    for line in (*cli_sweep.failures(sweep, outcome.failures), *cli_sweep.early(outcome.file), *unclosed):
         _say(line)
     _say(f"wrote {outcome.file}; look at it with: astroinertia show {shlex.quote(str(folder))}")
     return FAILED if outcome.failures else UNCLOSED if unclosed else GOOD

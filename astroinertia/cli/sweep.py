@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from astroinertia.cli.parser import Add, Options, Say
 from astroinertia.process.words import aligned
@@ -115,6 +115,14 @@ def _refused(sweep: "Sweep", numbers: Sequence[int]) -> dict[int, str]:
     return refused
 
 
+def early(file: Path) -> list[str]:
+    """The members that were over before their end, and why; no lines where none was."""
+    from astroinertia import dataset
+
+    members = str(dataset.open(file).attrs.get("ended_early", "")).splitlines()
+    return _first(["over before their end:", *members], 1) if members else []
+
+
 def unclosed(file: Path) -> list[str]:
     """What of the members' ledgers or energies does not close; no lines where all do."""
     from astroinertia import dataset
@@ -189,13 +197,17 @@ def summary(folder: Path) -> list[str]:
     from astroinertia.scene.sweep_values import short_text
     from astroinertia.sweeps import combined
     from astroinertia.sweeps.folder import failure, read
-    from astroinertia.units import shown
+    from astroinertia.units import shown, unit_of
+
+    def with_unit(name: str, series: Any) -> str:
+        return name if (unit := unit_of(series)) == "1" else f"{name} ({unit})"
 
     sweep, data = read(folder), result.opened(folder)
     end = combined.at_end(data.assign(spin_rate=data.inertia.spin_rate()))
+    I_zz = end["inertia_tensor"].sel(i="z", j="z")
     columns = {
-        "I_zz (kg m2)": end["inertia_tensor"].sel(i="z", j="z"),
-        "mean angular velocity (rad s-1)": end["spin_rate"],
+        with_unit("I_zz", I_zz): I_zz,
+        with_unit("mean angular velocity", end["spin_rate"]): end["spin_rate"],
         "T/|W|": end["rotational_to_gravitational"],
         f"I/(M R^2), {end['moment_ratio'].attrs.get('radius', 'reference_radius').replace('_', ' ')}": end[
             "moment_ratio"
@@ -208,5 +220,5 @@ def summary(folder: Path) -> list[str]:
         figures = ["" if np.isnan(numbers[number]) else f"{numbers[number]:.6g}" for numbers in values]
         rows.append((member(number), *(shown(short_text(value)) for value in settings), *figures))
     noted = {number: why for number in range(len(sweep.members)) if (why := failure(folder, number))}
-    table = [f"{sweep.name} at the end", *_first(aligned(rows), 1)]
-    return [*table, *(["", *failures(sweep, noted)] if noted else []), *unclosed(combined.path(sweep, folder))]
+    table, file = [f"{sweep.name} at the end", *_first(aligned(rows), 1)], combined.path(sweep, folder)
+    return [*table, *(["", *failures(sweep, noted)] if noted else []), *early(file), *unclosed(file)]

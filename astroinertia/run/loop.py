@@ -297,11 +297,17 @@ class _Run:
         return dataset.finish(self.archive, self.counters["measured"], completed)
 
     def _ended(self) -> bool:
-        there = self.body.time >= self.output.end * (1.0 - 1e-14) or self.body.steps >= self.output.max_steps
-        return there or bool(self._over())
+        return self._at_end() or bool(self._over())
+
+    def _at_end(self) -> bool:
+        return self.body.time >= self.output.end * (1.0 - 1e-14)
 
     def _over(self) -> str:
-        """Why the run ends before its end, where nothing is left to evolve; else empty."""
+        """Why the run is over before its end; else empty."""
+        if self._at_end():
+            return ""
+        if self.body.steps >= self.output.max_steps:
+            return f"time.max_steps is reached, after {self.body.steps} steps"
         return self.body.over if isinstance(self.body, RunsOut) else ""
 
     def _cause(self) -> str | None:

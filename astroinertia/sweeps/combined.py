@@ -33,9 +33,10 @@ _TAKEN = {
     "measured_wall_time": ("s", "wall time that the member took"),
     "measured_memory": ("byte", "the most memory that the member's process held"),
 }
+_OF_MEMBERS = "ledger_warnings", "ended_early"  # sentences of a run, which the result has of each member
 # Attributes of a run that tell of that run alone.
 _OF_ONE_RUN = (
-    *("scene", "plan", "overrides", "title", "choice", "effects", "absent", "ledger_warnings"),
+    *("scene", "plan", "overrides", "title", "choice", "effects", "absent", *_OF_MEMBERS),
     *("predicted_wall_time", "predicted_evolution_time", "predicted_memory", "predicted_steps", *_TAKEN),
 )
 
@@ -55,7 +56,7 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
     files = {number: file for number in range(len(sweep.members)) if (file := folders.finished(folder, number))}
     layout, taken = _Layout(), np.full((len(sweep.members), len(_TAKEN)), np.nan)
     kept: dict[int, xr.Dataset] = {}
-    unclosed: list[str] = []
+    said: dict[str, list[str]] = {name: [] for name in _OF_MEMBERS}
     room = _KEPT
     for number, file in files.items():
         data = datasets.open(file)
@@ -64,13 +65,13 @@ def write(sweep: Sweep, folder: Path, failures: Mapping[int, str]) -> Path:
             room -= data.nbytes
         layout.note(data)
         taken[number] = [data.attrs.get(name, np.nan) for name in _TAKEN]
-        warnings = str(data.attrs.get("ledger_warnings", "")).splitlines()
-        unclosed += [f"{member(number)}: {sentence}" for sentence in warnings]
+        for name, sentences in said.items():
+            own = str(data.attrs.get(name, "")).splitlines()
+            sentences += [f"{member(number)}: {sentence}" for sentence in own]
     times = common_times.common(layout.times) if files else np.zeros(0)
     layout.sizes["time"] = len(times)
     skeleton = _skeleton(sweep, failures, layout, taken, times)
-    if unclosed:
-        skeleton.attrs["ledger_warnings"] = "\n".join(unclosed)
+    skeleton.attrs |= {name: "\n".join(sentences) for name, sentences in said.items() if sentences}
 
     @hdf5_refusals()
     def fill(aside: Path) -> None:

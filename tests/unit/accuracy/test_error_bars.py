@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import astroinertia
+from astroinertia.accuracy import companion_runs as companions
 from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.accuracy.error_bars import (
     HEADLINE,
@@ -308,6 +309,21 @@ def test_a_run_that_ends_after_a_number_of_steps_has_bars_to_its_end(tmp_path):
     assert data["time"][-1] < 0.9
     assert np.isfinite(data["attitude_error"].values).all()
     assert companion_runs(BY_NAME["dyson"].scene("time.max_steps=1000000000000"))  # no more than a scene may allow
+
+
+@pytest.mark.slow
+def test_bars_that_end_before_their_run_say_where_and_why(tmp_path, monkeypatch):
+    """As those of a gas that the sinks of a companion run have accreted sooner."""
+    monkeypatch.setattr(companions, "_as_far", lambda scene: ("time.max_steps=12",))
+    scene = BY_NAME["rigid_top"].scene("time.end='1 s'", "output.series_every='0.1 s'", BARS)
+    data = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run"))
+    ended = astroinertia.open(next((tmp_path / "run" / FOLDER).iterdir()))
+    known = np.isfinite(data["angular_velocity_error"].values).all(axis=1)
+    assert known.tolist() == (data["time"] <= ended["time"][-1]).values.tolist() and known.any() and not known.all()
+    assert data.attrs["error_bars_comment"] == (
+        f"no error bars after time {float(ended['time'][-1]):.6g} s, where the companion run steps per rotation 80 is "
+        f"over: {ended.attrs['ended_early']}"
+    )
 
 
 @pytest.mark.full

@@ -7,6 +7,7 @@ import pytest
 from astroinertia.accuracy import measuring
 from astroinertia.accuracy.measuring import measure
 from astroinertia.accuracy.selected_observables import parsed
+from astroinertia.errors import SceneError
 from astroinertia.scene.load import load_file
 from tests.sims import SIMS
 
@@ -21,6 +22,13 @@ def test_the_time_of_the_steps_is_counted(name, settings, tmp_path):
     assert not measured.failure
     assert measured.cpu_time > 0.0
     assert 0.0 < measured.step_time < measured.wall_time
+
+
+def test_a_run_that_is_over_before_its_end_is_not_measured(tmp_path):
+    with pytest.raises(SceneError, match=r"before its end, at which .*: time.max_steps is reached, after 1 steps\.$"):
+        measure(
+            load_file(SIMS / "core_to_pulsar_scaling.toml", ["time.max_steps=1"]), [parsed("mass")], tmp_path / "run"
+        )
 
 
 @pytest.mark.parametrize(

@@ -172,6 +172,16 @@ def test_a_run_ends_with_its_last_step_wherever_its_next_output_is(scene, settin
     assert np.isfinite(ds.kinetic_energy.values).all()
 
 
+def test_a_run_of_a_number_of_steps_says_that_it_is_over_before_its_end(tmp_path: Path) -> None:
+    """And no longer does so where it has gone on to its end."""
+    scene = load_file(SIMS / "core_to_pulsar_scaling.toml", ["time.max_steps=2"])
+    half = astroinertia.open(loop.run_scene(scene, tmp_path / "run"))
+    assert half.attrs["ended_early"] == "time.max_steps is reached, after 2 steps"
+    whole = astroinertia.open(loop.resume(tmp_path / "run", settings=["time.max_steps=1000000"]))
+    assert float(half["time"][-1]) < float(whole["time"][-1]) == pytest.approx(scene.time.end, rel=1e-14)
+    assert "ended_early" not in whole.attrs
+
+
 def test_runs_of_several_threads_come_one_after_another(tmp_path):
     scene = load_file(SIMS / "core_to_pulsar_scaling.toml", ["output.series_every=1 s"])
     order = []

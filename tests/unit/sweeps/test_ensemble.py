@@ -95,6 +95,17 @@ def test_values_that_go_up_and_down_are_sorted_and_members_keep_their_numbers(tm
 
 
 @pytest.mark.slow
+def test_members_that_are_over_before_their_end_are_named(tmp_path):
+    """Where the sweep is shown, too, for what they ended with is not of the others' time."""
+    place, why = tmp_path / "early", "member-0000: time.max_steps is reached, after 1 steps"
+    ensemble.run_sweep(made('"time.max_steps" = [1, 100]'), place)
+    assert astroinertia.open(place).attrs["ended_early"] == why
+    rows = cli_sweep.summary(place)
+    assert rows[-2:] == ["over before their end:", why]
+    assert "I_zz (kg m2)  mean angular velocity (rad s-1)" in rows[1]
+
+
+@pytest.mark.slow
 def test_members_are_a_tree(grid):
     place, _ = grid
     tree = astroinertia.open_sweep(place)
