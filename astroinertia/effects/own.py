@@ -32,7 +32,10 @@ def _besides(made: Any) -> dict[str, Any]:
         raise ValueError("its `size` must be a Measure")
     having = [model for model, parts in _PARTS_OF.items() if _has(made, *parts)]
     if not having and not _has(made, "further_pressure"):
-        raise ValueError(f"it has none of the parts of an effect, such as acceleration or torque{_misspelt(made)}")
+        near = _misspelt(made, 0.75)
+        raise ValueError(f"it has none of the parts of an effect, such as acceleration or torque{near}")
+    if near := _misspelt(made, 0.85):  # functions for the class itself may have any other name
+        raise ValueError(f"nothing would call one of its functions{near}")
     if having and (without := [model for model in made.models if model in _PARTS_OF and model not in having]):
         what = f"it has parts for {' and '.join(having)} and none for {without[0]}, which its `models` name"
         raise ValueError(f"{what}; say `models: ClassVar = {tuple(having)}`".replace("'", '"'))
@@ -43,10 +46,11 @@ def _besides(made: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _misspelt(made: Any) -> str:
+def _misspelt(made: Any, alike: float) -> str:
     """The first method of a class whose name is all but that of a part, in words; empty where there is none."""
-    for name in vars(made):
-        if near := get_close_matches(name, PARTS, n=1, cutoff=0.75):
+    methods = (name for name, part in vars(made).items() if isinstance(part, FunctionType | property))
+    for name in methods:
+        if not hasattr(Effect, name) and (near := get_close_matches(name, PARTS, n=1, cutoff=alike)):
             return f" ({name} is not among them; did you mean '{near[0]}'?)"
     return ""
 

@@ -462,6 +462,10 @@ def made(**parts: Any) -> type:
             'it has parts for rigid and none for sph, which its `models` name; say `models: ClassVar = ("rigid",)`',
         ),
         (
+            made(acceleration=lambda self, xp, fluid: fluid.velocity, time_step=lambda self, xp, fluid: 1.0),
+            "nothing would call one of its functions (time_step is not among them; did you mean 'timestep'?)",
+        ),
+        (
             made(models=("ellipsoid", "rigid"), affine_push=lambda self, body: body.velocity),
             "it has parts for ellipsoid and none for rigid",
         ),
