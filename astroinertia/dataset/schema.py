@@ -27,6 +27,7 @@ PARTS = quantities_of(
 SNAPSHOT = PARTS["snapshot"]
 """Per particle, in the order of the particles' identities."""
 TIME_QUANTITY, SNAPSHOT_TIME = PARTS["time"]["time"], PARTS["time"]["snapshot_time"]
+_DIGITS = 15  # of times
 
 
 def reason_for_absence(name: str, effects: list[str], dimensionless: bool, frame: str) -> str:
@@ -74,5 +75,11 @@ def label(name: str) -> tuple[str, list, dict[str, str]]:
 
 
 def converted(array: np.ndarray, quantity: Quantity, units: CodeUnits) -> np.ndarray:
-    """An array in code units, in SI where its quantity is one of these."""
-    return array if quantity.dimension is None else array * units.unit(quantity.dimension)
+    """An array in code units, in SI where its quantity is one of these.
+
+    Times, which are labels, have 15 digits, so that multiples of an interval are what its user writes.
+    """
+    values = array if quantity.dimension is None else array * units.unit(quantity.dimension)
+    if quantity not in (TIME_QUANTITY, SNAPSHOT_TIME):
+        return values
+    return np.array([float(f"{time:.{_DIGITS}g}") for time in np.ravel(values)]).reshape(np.shape(values))

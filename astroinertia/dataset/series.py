@@ -187,7 +187,7 @@ def headline(series: Mapping[str, np.ndarray], metadata: Mapping[str, Any]) -> x
     sizes = _sizes(values, effects) | {"time": len(time), "region": len(regions), "frequency": len(frequency)}
     variables = _variables(values, metadata, sizes, absent)
     _annotate(variables, tolerance, metadata)
-    seconds = time * units.unit("time")
+    seconds = converted(time, TIME_QUANTITY, units)
     if attitude:
         names = ("angular_momentum", "inertia_tensor", "attitude", *OF_ATTITUDE)
         whole = {name: variables[name][1] for name in names if name in variables} | {"time": seconds}

@@ -10,6 +10,7 @@ from xarray.plot.utils import label_from_attrs
 
 import astroinertia
 from astroinertia import dataset
+from astroinertia.dataset.schema import code_units
 from astroinertia.errors import AbsentError, ArchiveError
 from astroinertia.plots import style
 from astroinertia.storage.archive import Archive
@@ -222,3 +223,19 @@ def test_records_that_are_no_longer_along_time_are_refused_with_the_way_back(ope
 def test_particles_by_themselves_are_said_to_be_particles(run):
     with pytest.raises(ValueError, match=r"no inertia_tensor.*; these are particles: ask that of their run"):
         astroinertia.open_tree(run)["snapshots"].inertia  # noqa: B018
+
+
+def test_records_and_snapshots_are_found_by_the_times_that_a_user_writes(tmp_path):
+    records, snapshots = affine_run(outputs=24, particles=64)
+    every = 0.1 / code_units(METADATA).time
+    wanted = [number / 10 for number in range(24)]  # of which 0.3 is not 3 times 0.1
+    with Archive.create(tmp_path / "run", METADATA) as archive:
+        archive.write_segment(
+            [record | {"time": number * every} for number, record in enumerate(records[:24])],
+            [snapshot | {"time": number * every} for number, snapshot in enumerate(snapshots)],
+        )
+        file = dataset.finish(archive)
+    assert astroinertia.open(file).sel(time=wanted).sizes["time"] == 24
+    for tree in (astroinertia.open_tree(tmp_path / "run"), xr.open_datatree(file)):
+        found = tree["snapshots"].to_dataset().sel(snapshot_time=wanted[: len(snapshots)])
+        assert found.sizes["snapshot_time"] == len(snapshots)
