@@ -174,7 +174,7 @@ def _legend(figure, table: xr.Dataset) -> None:
             Line2D([], [], marker="o", linestyle="", markersize=13, markerfacecolor="none", markeredgecolor=style.INK,
                    label="base")
         )  # fmt: skip
-    if bool(((drawn & table["pareto"]).sum("setting") > 1).any()):  # one point alone is no line
+    if bool(((table["pareto"] & drawn).sum("setting") > 1).any()):  # one point alone is no line
         handles.append(Line2D([], [], color=style.PALE, linewidth=7, label="Pareto front"))
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
