@@ -34,7 +34,7 @@ from astroinertia.process.positive import require_positive
 TOLERANCE = 1e-11  # at the knee of tests/benchmarks/work_precision_tov.py
 _ABSOLUTE = 1e-3  # absolute tolerance over the relative one; everything integrated is of order one
 _START = 1e-5  # 1 - h/h_c of the first point: what the series drops changes the star by less than 1e-14
-_LOST = 1e-9  # share of the energy density at the centre that rounding may be: what is left of rho0 (1 + eta) - P
+_LOST = 1e-6  # share of the energy density at the centre that rounding may be: what is left of rho0 (1 + eta) - P
 _SHALLOWEST = 1e-7  # least M/R over h_c: a polytrope of n = 4.9999 has 1e-5, one of n = 5 is infinite
 _HANDOVER = 0.5  # h/h_c at which the fourth root takes over
 _ROOT = 4  # h/h_c = t^4: rho0 ~ h^n becomes t^(4 n)
