@@ -30,7 +30,7 @@ _NAMES = {
     "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
     "characteristic_age time_span",
     "angular_velocity": "angular_velocity rotation_rate spin_rate node_rate crust_rate superfluid_rate forcing_rate "
-    "mean_motion",
+    "mean_motion spin_rate_after",
     "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment",
     "angular_momentum": "angular_momentum orbital_angular_momentum spin_angular_momentum mixed_moment",
     "energy": "kinetic_tensor virial_tensor second_moment_acceleration excess_energy gravitational_energy",

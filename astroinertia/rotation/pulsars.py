@@ -1,4 +1,4 @@
-"""Pulsars: what a period and its derivative say of energy, field and age, and how a star that brakes goes on.
+"""Pulsars: what a period and its derivative say of energy, field, age and gravitational waves, and how braking goes on.
 
 Torque laws are Omega' = -K Omega^n with the braking index n: 3 for a magnetic dipole, 5 for the gravitational waves of
 a rigid deformation, 1 for a wind. Arguments are numbers or arrays that broadcast, in SI: kg, m, s, and tesla for
@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from scipy.special import exprel, inv_boxcox
 
-from astroinertia.process.positive import positive_period
+from astroinertia.process.positive import positive_period, require_positive
 from astroinertia.process.quantities import with_quantities
-from astroinertia.units import SPEED_OF_LIGHT
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
 Array = Any
 
@@ -253,3 +253,71 @@ def braking_index_between(
     first = np.asarray(frequency, dtype=float) / first_derivative
     second = np.asarray(later_frequency, dtype=float) / later_first_derivative
     return 1 + (first - second) / np.asarray(time, dtype=float)
+
+
+@with_quantities(proper_motion="rad/s")
+def shklovskii_effect(period: Array, proper_motion: Array, distance: Array) -> Array:
+    """P mu^2 d/c: what motion across the line of sight adds to the P' that is observed.
+
+    proper_motion mu in rad/s, distance d in m; most of what is seen of a nearby recycled pulsar may be this.
+    Source: Shklovskii 1970, Sov. Astron. 13, 562.
+
+    >>> print(f"{shklovskii_effect('5.757451936 ms', '140.9 mas/yr', '156.8 pc'):.2e}")  # of 5.73e-20, J0437-4715
+    4.35e-20
+    """
+    return positive_period(period) * np.asarray(proper_motion, dtype=float) ** 2 * distance / SPEED_OF_LIGHT
+
+
+@with_quantities()
+def spin_down_strain(
+    period: Array, period_derivative: Array, distance: Array, moment_of_inertia: Array = CANONICAL_MOMENT
+) -> Array:
+    """The spin-down limit h0 of a pulsar's gravitational waves: all the energy that it loses goes into them.
+
+    (5 G I P'/(2 c^3 P))^(1/2)/d, with the distance d in m and I about the spin axis; NaN where P' is negative. h0 is
+    the amplitude of either polarization at twice the rate of rotation, seen along the axis. Of fast pulsars P' is to
+    be without their `shklovskii_effect`. ValueError for a distance that is not positive and finite.
+    Source: Abbott et al. 2007, PRD 76, 042001; Aasi et al. 2014, ApJ 785, 119.
+
+    >>> print(f"{spin_down_strain(0.0333924123, 4.20972e-13, '2 kpc'):.1e}")  # the Crab pulsar
+    1.4e-24
+    """
+    require_positive(distance=distance)
+    with np.errstate(invalid="ignore"):
+        spent = np.sqrt(2.5 * GRAVITATIONAL_CONSTANT * moment_of_inertia * period_derivative / positive_period(period))
+    return spent / (SPEED_OF_LIGHT**1.5 * np.asarray(distance, dtype=float))
+
+
+@with_quantities()
+def strain_of_ellipticity(
+    ellipticity: Array, period: Array, distance: Array, moment_of_inertia: Array = CANONICAL_MOMENT
+) -> Array:
+    """h0 = 16 pi^2 G I eps/(c^4 d P^2) of a star of the equatorial ellipticity eps = (B - A)/C, with I = C.
+
+    A <= B are its moments across the spin axis. ValueError for a distance that is not positive and finite.
+    Source: Jaranowski, Krolak & Schutz 1998, PRD 58, 063001; Aasi et al. 2014, ApJ 785, 119.
+
+    >>> print(f"{strain_of_ellipticity(1e-6, 0.01, '1 kpc'):.1e}")
+    4.2e-26
+    """
+    return np.asarray(ellipticity, dtype=float) * _strain_per_ellipticity(period, distance, moment_of_inertia)
+
+
+@with_quantities()
+def ellipticity_of_strain(
+    strain: Array, period: Array, distance: Array, moment_of_inertia: Array = CANONICAL_MOMENT
+) -> Array:
+    """The ellipticity that an amplitude h0 stands for; the inverse of `strain_of_ellipticity`.
+
+    An upper limit of h0 gives one of the ellipticity, and `spin_down_strain` the one that its spin-down allows.
+
+    >>> print(f"{ellipticity_of_strain(1.6e-25, 0.0333924123, '2 kpc'):.1e}")  # of the Crab pulsar
+    8.4e-05
+    """
+    return np.asarray(strain, dtype=float) / _strain_per_ellipticity(period, distance, moment_of_inertia)
+
+
+def _strain_per_ellipticity(period: Array, distance: Array, moment: Array) -> Array:
+    require_positive(distance=distance)
+    scale = 16 * math.pi**2 * GRAVITATIONAL_CONSTANT * np.asarray(moment, dtype=float) / SPEED_OF_LIGHT**4
+    return scale / (np.asarray(distance, dtype=float) * positive_period(period) ** 2)

@@ -1,4 +1,4 @@
-"""The torque and the heat of tides, of a Love number that depends on frequency: Kaula's sum over an orbit's harmonics.
+"""Torque and heat of tides, of a Love number that depends on frequency, by Kaula's sum, and the time to lock a spin.
 
 A companion of mass m on an orbit of semi-major axis a, eccentricity e and inclination eps to the equator of a body of
 radius R that turns at Omega raises tides at the rates omega = (2 - 2p + q) n - m' Omega. Each has the share
@@ -69,6 +69,37 @@ def tides(
     scale = gravitational_constant * float(mass) ** 2 * float(radius) ** 5 / float(semi_major_axis) ** 6
     torque = scale * np.sum(order * weight * np.sign(rate) * share)
     return Tides(float(torque), float(scale * np.sum(weight * size * share)))
+
+
+@with_quantities()
+def despin_time(
+    mass: Array, radius: Array, semi_major_axis: Array, mean_motion: Array, spin_rate: Array, moment_of_inertia: Array,
+    love_number: Array, quality: Array, spin_rate_after: Array | None = None,
+    gravitational_constant: float = GRAVITATIONAL_CONSTANT,
+) -> Array:  # fmt: skip
+    """How long a companion of `mass` takes to bring a spin from `spin_rate` to `spin_rate_after`, or into step.
+
+    Without spin_rate_after the spin ends at the mean motion n: the body is locked. The orbit is a circle in the body's
+    equator and keeps its size. k2 and Q stay, so that the torque is 3/2 (k2/Q) G m^2 R^5/a^6 on either side of n, and
+    the time 2 I a^6 Q/(3 G m^2 k2 R^5) times the change of the spin. The estimate of Gladman et al. 1996, Icarus 122,
+    166, after Peale, is half of that with the whole spin for its change: its torque is twice as large for the same Q.
+    SI; arrays broadcast. ValueError for sizes that are not positive, and for an end that is farther from n than the
+    start or beyond n. Source: Goldreich & Soter 1966, Icarus 5, 375; Murray & Dermott 1999, Solar System Dynamics,
+    section 4.9.
+
+    >>> moon = (5.972e24, 1.7374e6, 3.844e8, 2.66e-6, 1.75e-4, 8.7e34)  # where it is, from a turn in 10 h
+    >>> print(f"{despin_time(*moon, love_number=0.024, quality=38.0) / 3.15576e13:.0f} Myr")
+    43 Myr
+    """
+    require_positive(mass=mass, radius=radius, semi_major_axis=semi_major_axis, moment_of_inertia=moment_of_inertia)
+    require_positive(love_number=love_number, quality=quality, gravitational_constant=gravitational_constant)
+    after = np.asarray(mean_motion if spin_rate_after is None else spin_rate_after, dtype=float)
+    change, left = after - spin_rate, mean_motion - after
+    if np.any(change * (mean_motion - np.asarray(spin_rate)) < 0) or np.any(change * left < 0):
+        raise ValueError("tides of a circular orbit bring the spin nearer to the mean motion, and not beyond it")
+    torque = 1.5 * love_number / np.asarray(quality) * gravitational_constant * np.asarray(mass) ** 2
+    torque = torque * np.asarray(radius, dtype=float) ** 5 / np.asarray(semi_major_axis, dtype=float) ** 6
+    return np.abs(change) * moment_of_inertia / torque
 
 
 @with_quantities()

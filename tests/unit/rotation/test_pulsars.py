@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from astroinertia.errors import SceneError
+from astroinertia.inertia.evolution import gravitational_wave_strain
 from astroinertia.rotation import accretion, braking, pulsars
 from astroinertia.rotation.pulsar_table import KINDS, pulsar, pulsars as table
+from astroinertia.units import GRAVITATIONAL_CONSTANT, SPEED_OF_LIGHT
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "spin_up.json").read_text())
 PULSARS = [entry for entry in REFERENCE if entry["name"] == "pulsar_braking"]
@@ -156,6 +158,10 @@ def test_the_table_of_pulsars():
     lambda period: pulsars.period_history(YEAR, period, DOT),
     lambda period: pulsars.period_derivative_history(YEAR, period, DOT),
     lambda period: pulsars.braking_index(period, DOT, 1e-24),
+    lambda period: pulsars.shklovskii_effect(period, 1e-14, 1e19),
+    lambda period: pulsars.spin_down_strain(period, DOT, 1e19),
+    lambda period: pulsars.strain_of_ellipticity(1e-6, period, 1e19),
+    lambda period: pulsars.ellipticity_of_strain(1e-25, period, 1e19),
     accretion.corotation_radius,
     lambda period: accretion.mass_to_spin_up(period, 1e4, 1e14),
     accretion.spin_up_line,
@@ -174,3 +180,44 @@ def test_a_star_was_born_with_a_period():
 
 def test_a_star_at_rest_has_no_energy_of_rotation():
     assert pulsars.rotational_energy(math.inf) == 0.0
+
+
+def test_spin_down_limits_of_the_literature():
+    """Aasi et al. 2014, ApJ 785, 119: 1.4e-24 of the Crab at 2.0 kpc and 3.3e-24 of Vela at 290 pc."""
+    vela = pulsar("Vela")
+    assert pulsars.spin_down_strain(P, DOT, "2.0 kpc") == pytest.approx(1.4e-24, abs=5e-26)
+    assert pulsars.spin_down_strain(vela.period, vela.period_derivative, "290 pc") == pytest.approx(3.3e-24, abs=5e-26)
+    assert pulsars.ellipticity_of_strain(1.1e-24, vela.period, "290 pc") == pytest.approx(6.0e-4, abs=5e-6)
+    assert np.isnan(pulsars.spin_down_strain(P, -DOT, "2.0 kpc"))
+    for formula in (pulsars.spin_down_strain, pulsars.strain_of_ellipticity, pulsars.ellipticity_of_strain):
+        with pytest.raises(SceneError, match="distance must be positive and finite"):
+            formula(P, DOT, 0.0)
+
+
+def test_the_strain_of_an_ellipticity_is_that_of_the_turning_quadrupole():
+    second, distance, rate = np.diag([5.0, 3.0, 1.0]) * 1e37, 3e19, 2 * math.pi / P
+    spin = rate * np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    turned = spin @ second - second @ spin
+    plus, _ = gravitational_wave_strain(spin @ turned - turned @ spin, 0.0, distance=distance)
+    moment = 8e37  # C, and B - A = 2e37
+    assert pulsars.strain_of_ellipticity(0.25, P, distance, moment) == pytest.approx(abs(plus), rel=1e-14)
+    assert pulsars.ellipticity_of_strain(abs(plus), P, distance, moment) == pytest.approx(0.25, rel=1e-14)
+
+
+def test_at_the_spin_down_limit_waves_take_all_that_is_lost():
+    """32 G/(5 c^5) eps^2 I^2 Omega^6, of Peters & Mathews, at any distance."""
+    moment = 1.3e38
+    strain = pulsars.spin_down_strain(P, DOT, 7e18, moment)
+    ellipticity = pulsars.ellipticity_of_strain(strain, P, 7e18, moment)
+    power = 6.4 * GRAVITATIONAL_CONSTANT / SPEED_OF_LIGHT**5 * (ellipticity * moment) ** 2 * (2 * math.pi / P) ** 6
+    assert power == pytest.approx(pulsars.spin_down_luminosity(P, DOT, moment), rel=1e-13)
+
+
+def test_a_pulsar_that_crosses_the_sky_seems_to_slow_down():
+    """On a straight path the distance grows faster and faster, and with it the time that pulses take."""
+    distance, motion, step = 4.8e18, 2e-14, 1e9  # m, rad/s, s
+    longer = np.hypot(distance, distance * motion * step) - distance  # of r = d + r'' t^2/2
+    effect = pulsars.shklovskii_effect(1.0, motion, distance)
+    assert effect == pytest.approx(2 * longer / step**2 / SPEED_OF_LIGHT, rel=1e-4)
+    # J0437-4715: a quarter of its 5.7294e-20 is its own
+    assert pulsars.shklovskii_effect("5.7574519 ms", "140.91 mas/yr", "156.79 pc") == pytest.approx(4.36e-20, abs=1e-22)

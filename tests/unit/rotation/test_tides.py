@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from astroinertia.rotation.spin_orbit import tidal_equilibrium_rate
-from astroinertia.rotation.tides import inclination_functions, tides
+from astroinertia.rotation.tides import despin_time, inclination_functions, tides
 
 ORBIT = {"mass": 3.0, "radius": 0.5, "semi_major_axis": 2.0, "mean_motion": 0.7, "gravitational_constant": 1.3}
 SCALE = 1.3 * 3.0**2 * 0.5**5 / 2.0**6
@@ -96,3 +96,32 @@ def test_what_raises_no_tide_is_refused(name):
     io = {"mass": 1.898e27, "radius": 1.8216e6, "semi_major_axis": 4.218e8}
     with pytest.raises(ValueError, match=f"{name} must be positive"):
         tides(lambda rates: 0.02 - 0.0002j + 0 * rates, **{**io, name: -1.0}, mean_motion=4.11e-5, spin_rate=4.11e-5)
+
+
+@pytest.mark.parametrize(("start", "end"), [(5.0, 0.7), (5.0, 2.0), (0.1, 0.7), (-3.0, 0.2)])
+def test_a_constant_quality_turns_a_spin_by_what_its_torque_does(start, end):
+    took = despin_time(**ORBIT, spin_rate=start, moment_of_inertia=4.0, love_number=0.3, quality=20.0,
+                       spin_rate_after=end)  # fmt: skip
+    between = start + np.array([0.0, 0.5, 0.99]) * (end - start)
+    torque = [tides(lambda w: 0.3 - 0.3j / 20 + 0 * w, **ORBIT, spin_rate=rate).torque for rate in between]
+    np.testing.assert_allclose(took * np.array(torque), 4.0 * (end - start), rtol=1e-14)
+    gladman = abs(start) * 2.0**6 * 4.0 * 20.0 / (3 * 1.3 * 3.0**2 * 0.3 * 0.5**5)
+    assert took == pytest.approx(2 * gladman * abs(end - start) / abs(start), rel=1e-14)
+
+
+def test_a_spin_is_locked_at_the_mean_motion():
+    given = {"mass": "1 Msun", "radius": "2440 km", "mean_motion": "1e-6 rad/s", "moment_of_inertia": 6.8e35}
+    given |= {"semi_major_axis": np.array([1.0, 2.0]) * 5.79e10, "love_number": 0.5, "quality": 100.0}
+    near, far = despin_time(**given, spin_rate="600 deg/h")
+    assert far == pytest.approx(64 * near, rel=1e-14)
+    assert near == pytest.approx(despin_time(**given, spin_rate="600 deg/h", spin_rate_after=1e-6)[0], rel=1e-14)
+    assert list(despin_time(**given, spin_rate=1e-6, spin_rate_after=1e-6)) == [0.0, 0.0]
+
+
+def test_tides_do_not_turn_a_spin_away_from_the_orbit_nor_past_it():
+    body = {**ORBIT, "moment_of_inertia": 4.0, "love_number": 0.3, "quality": 20.0}
+    for start, end in ((5.0, 6.0), (0.5, 0.3), (5.0, 0.5), (0.1, 0.8)):
+        with pytest.raises(ValueError, match="nearer to the mean motion"):
+            despin_time(**body, spin_rate=start, spin_rate_after=end)
+    with pytest.raises(ValueError, match="quality must be positive"):
+        despin_time(**{**body, "quality": 0.0}, spin_rate=5.0)
