@@ -9,7 +9,7 @@ quantities). Tests: tests/unit/bodies/test_neutron_stars.py, tests/physics/test_
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import fminbound
 
 from astroinertia.bodies.neutron_star_fits import shedding_frequency
-from astroinertia.bodies.slow_rotation import Equations, SlowRotation, slow_rotation
+from astroinertia.bodies.slow_rotation import Equations, SlowRotation, enclosed_moment_share, slow_rotation
 from astroinertia.bodies.tov import TOLERANCE, Structure, structure
 from astroinertia.errors import NumericalError
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, Barotrope, geometric_density, geometric_pressure
@@ -139,7 +139,7 @@ def _geometric(name: str, value: Any) -> float:
     """A number in geometric units of the Sun, as is, or what is given with a unit."""
     if not isinstance(value, str) and with_unit(value) is None:
         return float(value)
-    return float(geometric_pressure(value) if name == "central_pressure" else geometric_density(value))
+    return float(geometric_pressure(value) if name.endswith("pressure") else geometric_density(value))
 
 
 def _central(equation: Barotrope, options: dict[str, float | None]) -> float:
@@ -187,6 +187,36 @@ def star(
     )
     whole = structure(equation_of_state, enthalpy, relativistic, tolerance, Equations())
     return NeutronStar(equation_of_state, whole, slow_rotation(whole))
+
+
+def crust_moment_share(body: NeutronStar, transition_pressure: float) -> float:
+    """The share of I that is in the crust: in matter of less than the pressure at which the core begins.
+
+    transition_pressure is in units of G = c = Msun = 1, or a quantity: 0.2 to 0.65 MeV/fm3 by the equation of state.
+    The superfluid that glitches need is part of this share (`rotation.glitches.least_superfluid_share`). ValueError for
+    a pressure that is not between 0 and that of the centre.
+    Source: Ravenhall & Pethick 1994, ApJ 424, 846; Link, Epstein & Lattimer 1999, PRL 83, 3362.
+
+    >>> from astroinertia.matter.compact_stars import read2009
+    >>> print(f"{crust_moment_share(star_of_mass(read2009('SLy'), 1.4), '0.337 MeV/fm3'):.4f}")
+    0.0254
+    """
+    equation, centre = body.equation_of_state, body.structure.central_log_enthalpy
+    relativistic = body.structure.relativistic
+    pressure = _geometric("transition_pressure", transition_pressure)
+    if not 0 < pressure < body.central_pressure:
+        raise ValueError(f"a crust ends at a pressure from 0 to below {body.central_pressure:.6g}, that of the centre")
+    edge = equation.enthalpy_of("pressure", pressure)
+    # A break of the equation of state there is a point of the integration.
+    place = int(np.searchsorted(equation.edges, edge))
+    cut = replace(
+        equation, edges=(*equation.edges[:place], edge, *equation.edges[place:]),
+        pieces=(*equation.pieces[:place], equation.pieces[place - 1], *equation.pieces[place:]),
+    )  # fmt: skip
+    solved = structure(cut, math.expm1(centre) if relativistic else centre, relativistic, perturbation=Equations())
+    depth = math.log1p(edge) if relativistic else edge
+    inside = enclosed_moment_share(solved)[np.argmin(np.abs(solved.log_enthalpy - depth))]
+    return float(1 - inside)
 
 
 @dataclass(frozen=True)

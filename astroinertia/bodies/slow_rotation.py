@@ -97,6 +97,26 @@ def love_number(compactness: float, y: float) -> float:
     return (y_growing - y) / (y - y_decaying) / 2 * (1 - x) / value
 
 
+def enclosed_moment_share(star: Structure) -> np.ndarray:
+    """The share of I that lies within each radius of `star`, (points,), from 0 at the centre to 1.
+
+    J(r) = r^4 j (domega_bar/dr)/6 is the angular momentum within r. Source: Hartle 1967, ApJ 150, 1005.
+
+    >>> from astroinertia.matter.compact_stars import constant_density
+    >>> from astroinertia.bodies.tov import structure
+    >>> body = structure(constant_density(1.0), 1.0, relativistic=False, perturbation=Equations())
+    >>> print(np.abs(enclosed_moment_share(body) - (body.r / body.radius) ** 5).max() < 1e-10)
+    True
+    """
+    A, L, *_ = _perturbation(star)
+    eps = star.relativity
+    # j = (f exp(-nu))^(1/2) with -nu/2 = h but for a constant, and f = 1 - 2m/r
+    compactness = np.divide(star.enclosed_mass, star.r, out=np.zeros_like(star.r), where=star.r > 0)
+    drag = np.exp(star.log_enthalpy + eps * L) * np.sqrt(1 - 2 * compactness) if star.relativistic else 1.0
+    momentum = star.r**5 * A * drag
+    return momentum / momentum[-1]
+
+
 def slow_rotation(star: Structure) -> SlowRotation:
     """Return what the perturbations integrated with `star` mean, by matching them to the exterior.
 
@@ -106,9 +126,7 @@ def slow_rotation(star: Structure) -> SlowRotation:
     >>> print(f"{found.moment_ratio:.4f} {2 / 3 * (1 - 6 / np.pi**2):.4f} {found.tidal_love_number:.2f}")  # of n = 1
     0.2614 0.2614 0.26
     """
-    if len(star.perturbation) != 6:
-        raise ValueError("the star was integrated without the equations of slow rotation")
-    A, L, H, V, H_source, V_source = star.perturbation
+    A, L, H, V, H_source, V_source = _perturbation(star)[:, -1].tolist()
     U, W = star.scaled_surface
     eps, C = star.relativity, star.compactness if star.relativistic else 0.0
     alpha = eps * U * A
@@ -133,3 +151,9 @@ def slow_rotation(star: Structure) -> SlowRotation:
         quadrupole_bar=quadrupole / (moment_squared * C) if C > 0 else math.nan,
         central_dragging=-math.expm1(-math.log1p(alpha / 3) - eps * L),
     )
+
+
+def _perturbation(star: Structure) -> np.ndarray:
+    if len(star.perturbation) != 6:
+        raise ValueError("the star was integrated without the equations of slow rotation")
+    return star.perturbation

@@ -85,7 +85,7 @@ class Structure:
     enclosed_mass: np.ndarray = field(repr=False)
     log_enthalpy: np.ndarray = field(repr=False)
     scaled_surface: tuple[float, float] = field(repr=False)  # U and W
-    perturbation: tuple[float, ...] = field(repr=False)  # values at the surface
+    perturbation: np.ndarray = field(repr=False)  # (values, points); at the centre those of the first point beside it
 
     @property
     def relativity(self) -> float:
@@ -206,7 +206,8 @@ def structure(
             values = states[:, -1]
 
     fraction = np.concatenate([[1.0], *(part for part, _ in trail)])
-    U, W, B = np.concatenate([[[0.0], [4 * math.pi / 3], [0.0]], *(part[:3] for _, part in trail)], axis=1)
+    centre = [0.0, 4 * math.pi / 3, 0.0, *trail[0][1][3:, 0]]
+    U, W, B, *perturbed = np.column_stack([centre, *(part for _, part in trail)])
     r = np.sqrt(U * h_c / e_c)
     mass_scale = e_c * r**3
     compactness = float(h_c * U[-1] * W[-1])
@@ -224,5 +225,5 @@ def structure(
         enclosed_mass=W * mass_scale,
         log_enthalpy=fraction * h_c,
         scaled_surface=(float(U[-1]), float(W[-1])),
-        perturbation=tuple(float(value) for value in values[3:]),
+        perturbation=np.array(perturbed),
     )

@@ -108,7 +108,8 @@ def least_superfluid_share(activity: Array, characteristic_age: Array) -> Array:
     """I_s/I_c that the reservoir of the glitches must have at least: G = 2 tau_c A, tau_c = P/(2 P').
 
     The superfluid stores, between glitches, the spin-down that it does not take part in; entrainment in the crust
-    raises what is needed (Andersson et al. 2012, PRL 109, 241103). Source: Link, Epstein & Lattimer 1999, PRL 83, 3362.
+    raises what is needed (Andersson et al. 2012, PRL 109, 241103). What a crust has of the moment of inertia is in
+    `bodies.neutron_stars.crust_moment_share`. Source: Link, Epstein & Lattimer 1999, PRL 83, 3362.
 
     >>> print(f"{least_superfluid_share(2e-14, 1e12 / 2):.3f}")
     0.020

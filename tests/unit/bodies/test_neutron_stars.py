@@ -4,8 +4,16 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from astroinertia.bodies.neutron_stars import maximum_mass, sequence, stable_branch, star, star_of_mass
+from astroinertia.bodies.neutron_stars import (
+    crust_moment_share,
+    maximum_mass,
+    sequence,
+    stable_branch,
+    star,
+    star_of_mass,
+)
 from astroinertia.matter.compact_stars import SOLAR_LENGTH, constant_density, polytrope, read2009
 from astroinertia.matter.compact_tables import tabulated
 from astroinertia.units import SOLAR_MASS, SPEED_OF_LIGHT
@@ -113,3 +121,55 @@ def test_properties_of_a_star():
         star(GAMMA_TWO, central_pressure=1e-4, central_enthalpy=0.2)
     with pytest.raises(ValueError, match="central_rest_density is that of one star, not of 2: `sequence` has many"):
         star(GAMMA_TWO, central_rest_density=np.array([1e-3, 2e-3]))  # type: ignore[arg-type]
+
+
+def test_the_crust_of_newtons_star_of_one_density():
+    """1 - (r/R)^5, with 1 - (r/R)^2 the pressure over that of the centre."""
+    body = star(constant_density(2.0), central_enthalpy=0.5, relativistic=False)
+    for share in (0.9, 0.3, 1e-6):
+        found = crust_moment_share(body, share * body.central_pressure)
+        assert found == pytest.approx(1 - (1 - share) ** 2.5, rel=1e-9)
+    for pressure in (0.0, body.central_pressure, -1.0):
+        with pytest.raises(ValueError, match="a crust ends at a pressure from 0 to below"):
+            crust_moment_share(body, pressure)
+
+
+def test_the_crust_of_a_relativistic_star_against_the_integral_of_its_angular_momentum():
+    """8 pi/3 int r^4 (e + P) exp(-nu/2) omega_bar/(1 - 2m/r)^(1/2) dr, of TOV and Hartle's equations in the radius."""
+    body = star(GAMMA_TWO, central_rest_density=1.28e-3)
+
+    def slopes(r, y):
+        m, pressure, nu, rate, slope, _ = y
+        density = math.sqrt(max(pressure, 0.0) / 100)
+        weight = density + 2 * pressure  # e + P
+        f = 1 - 2 * m / r
+        pull = (m + 4 * math.pi * r**3 * pressure) / (r**2 * f)
+        # omega_bar'' = (4 pi r (e + P)/f - 4/r) omega_bar' + 16 pi (e + P) omega_bar/f
+        bend = (4 * math.pi * r * weight / f - 4 / r) * slope + 16 * math.pi * weight * rate / f
+        momentum = r**4 * weight * math.exp(-nu / 2) * rate / math.sqrt(f)
+        return [4 * math.pi * r**2 * (weight - pressure), -weight * pull, 2 * pull, slope, bend, momentum]
+
+    edge = 0.02 * body.central_pressure
+    ends = [lambda r, y: y[1] - edge, lambda r, y: y[1] - 1e-14 * body.central_pressure]
+    ends[1].terminal = True
+    start = [1e-20, body.central_pressure, 0.0, 1.0, 0.0, 0.0]
+    found = solve_ivp(slopes, (1e-6, 20.0), start, "DOP853", events=ends, rtol=1e-11, atol=1e-20)
+    inside, whole = found.y_events[0][0][5], found.y_events[1][0][5]
+    assert found.t_events[1][0] == pytest.approx(body.radius, rel=1e-6)
+    assert crust_moment_share(body, edge) == pytest.approx(1 - inside / whole, rel=1e-7)
+
+
+def test_the_crust_that_velas_glitches_ask_for():
+    """Of SLy, near the estimate of Lattimer & Prakash 2001, ApJ 550, 426, and above Vela's 1.4 %."""
+    body = star(read2009("SLy"), central_rest_density="8.7e17 kg/m3")
+    assert body.mass == pytest.approx(1.4, abs=0.05)
+    pressure, density = 0.337, 0.076  # MeV/fm3 and fm-3, Douchin & Haensel 2001
+    c, mass = body.compactness, body.mass_kg * SPEED_OF_LIGHT**2 / 1.602176634e-13
+    scale = 28 * math.pi / 3 * pressure * (1e18 * body.radius_km) ** 3 / mass * (1 - 1.67 * c - 0.6 * c**2) / c
+    estimate = scale / (1 + 2 * pressure * (1 + 5 * c - 14 * c**2) / (density * 939.0 * c**2))
+    share = crust_moment_share(body, "0.337 MeV/fm3")
+    assert share == pytest.approx(estimate, rel=0.1) and share > 0.014
+    # a break of the equation of state is an edge as good as any
+    broken = body.equation_of_state.pressure(body.equation_of_state.edges[3])
+    at, deeper = (crust_moment_share(body, float(broken) * factor) for factor in (1.0, 1 + 1e-7))
+    assert at < deeper < at * (1 + 1e-6)
