@@ -28,10 +28,11 @@ _NAMES = {
     "density": "density densities mean_density mantle_density core_density outer_density shell_density crust_density "
     "central_density inner_densities outer_densities",
     "time": "period time times relaxation_time decay_time orbital_period core_period period_before period_at_birth age "
-    "characteristic_age time_span",
+    "characteristic_age time_span length_of_day",
     "angular_velocity": "angular_velocity rotation_rate spin_rate node_rate crust_rate superfluid_rate forcing_rate "
     "mean_motion spin_rate_after",
-    "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment",
+    "moment_of_inertia": "inertia moments moment_of_inertia transverse_moment axial_moment second_moment moment "
+    "inertia_change",
     "angular_momentum": "angular_momentum orbital_angular_momentum spin_angular_momentum mixed_moment",
     "energy": "kinetic_tensor virial_tensor second_moment_acceleration excess_energy gravitational_energy",
     "velocity": "velocity velocities sound_speed speed_of_light pressure_waves shear_waves",

@@ -386,6 +386,57 @@ def forced_wobble(frequency: complex, forcing_rate: Array, excitation: Array) ->
     return np.asarray(excitation) * frequency / away
 
 
+@with_quantities()
+def polar_excitation(
+    inertia_change: Array, axial_moment: Array, transverse_moment: Array, love_number: Array = 0.0,
+    secular: Array = 1.0, load_love_number: Array = 0.0,
+) -> Array:  # fmt: skip
+    """The excitation chi (complex, rad) of `wobble` by changes (..., 3, 3) of the inertia tensor, in axes of the body.
+
+    (1 + k')/(1 - k/k_s) (Delta I_xz + i Delta I_yz)/(C - A), about which the pole goes round. k and k_s are those of
+    `chandler_frequency`; k' is how the body yields to the change where that is a load on it, -0.31 of the Earth, and 0
+    where the change holds that or loads nothing. For changes of more than some days, with a fluid core or without; what
+    currents carry is apart. ValueError for k >= k_s and for equal moments.
+    Source: Munk & MacDonald 1960, sections 6.1 and 6.2; Gross 2007, Treatise on Geophysics 3, chapter 9.
+
+    >>> change = np.zeros((3, 3))
+    >>> change[0, 2] = change[2, 0] = -5e14 * 6.371e6**2 * np.sin(2.0) / 2  # -m x z of ice, 1 rad from the pole
+    >>> chi = polar_excitation(change, 8.0365e37, 8.0101e37, 0.355, 0.938, -0.316)
+    >>> print(f"{1e3 * chi.real / ARCSECOND:.1f} mas")  # away from the ice
+    -7.9 mas
+    """
+    change = np.asarray(inertia_change, dtype=float)
+    if np.any(np.real(love_number) >= np.asarray(secular)):
+        raise ValueError("a body that yields like a fluid, with a Love number of k_s or above, keeps no pole")
+    ellipticity = np.asarray(axial_moment, dtype=float) - transverse_moment
+    if np.any(ellipticity == 0):
+        raise ValueError("a body whose moments are equal has no axis of figure")
+    yields = (1 + np.asarray(load_love_number)) / (1 - np.asarray(love_number) / secular)
+    return yields * (change[..., 0, 2] + 1j * change[..., 1, 2]) / ellipticity
+
+
+@with_quantities()
+def length_of_day_change(
+    inertia_change: Array, axial_moment: Array, load_love_number: Array = 0.0, mantle_share: Array = 1.0,
+    length_of_day: Array = DAY,
+) -> Array:  # fmt: skip
+    """How much longer a day becomes (s) as its body's inertia tensor changes by (..., 3, 3), by the angular momentum.
+
+    (1 + k') Delta I_zz/(C A_m/A) of the day, to first order. mantle_share is A_m/A where a fluid core does not follow.
+    k' is as in `polar_excitation`, and for what turns without the Earth's core -0.25. ValueError for a share that is
+    not above 0 and at most 1. Source: Munk & MacDonald 1960, section 6.1; Gross 2007.
+
+    >>> change = np.diag([1.0, 1.0, -2.0]) / 3 * 3e-11 * 5.972e24 * 6.378e6**2  # J2 less by 3e-11, as in a year
+    >>> print(f"{1e6 * length_of_day_change(change, 8.0365e37):.1f} microseconds")
+    -5.2 microseconds
+    """
+    share = np.asarray(mantle_share, dtype=float)
+    if not np.all((share > 0) & (share <= 1)):
+        raise ValueError("the share of the moment outside the core, A_m/A, is above 0 and at most 1")
+    growth = (1 + np.asarray(load_love_number)) * np.asarray(inertia_change, dtype=float)[..., 2, 2]
+    return length_of_day * growth / (axial_moment * share)
+
+
 def _require_free_wobble(frequency: complex) -> None:
     if not np.isfinite(frequency) or frequency == 0 or np.imag(frequency) < 0:
         raise ValueError("a free wobble has a frequency, and an imaginary part of it that damps (not below 0)")

@@ -164,8 +164,49 @@ def test_the_free_wobble_decays_by_its_quality_and_a_forced_one_does_not():
     np.testing.assert_allclose(found, amplitude * np.exp(1j * annual * times), atol=2e-6)
 
 
+def test_the_pole_stays_at_its_excitation():
+    """Where it is the axis of the largest moment of all that is there: figure, load, and the bulge that follows it."""
+    axial, transverse, yields, load = 1.0, 1 - 1e-3, 0.3 / 0.9, -0.3
+    change = 1e-9 * np.array([[0.4, 0.2, 0.7], [0.2, -0.1, -0.5], [0.7, -0.5, 0.3]])
+    chi = wobble.polar_excitation(change, axial, transverse, 0.3, 0.9, load)
+    bulge = np.zeros((3, 3))
+    bulge[:2, 2] = bulge[2, :2] = yields * (axial - transverse) * np.array([chi.real, chi.imag])
+    axes = np.linalg.eigh(np.diag([transverse, transverse, axial]) + (1 + load) * change + bulge)[1]
+    pole = axes[:, 2] / axes[2, 2]
+    assert complex(*pole[:2]) == pytest.approx(chi, rel=1e-5)
+    assert wobble.polar_excitation(np.array([change, 2 * change]), axial, transverse).shape == (2,)
+
+
+def test_excitations_of_the_earth_of_the_literature():
+    """1.608 (1 - 0.316) (Delta I_xz + i Delta I_yz)/(C - A): Gross 2007, Treatise on Geophysics 3, chapter 9."""
+    found = wobble.chandler_wobble()
+    number = sum(share.love_number for share in found.shares)
+    change = np.zeros((3, 3))
+    change[1, 2] = change[2, 1] = 2.6e35
+    bare, loaded = (
+        wobble.polar_excitation(change, 8.0365e37, 8.0105e37, number, found.secular_love_number, load)
+        for load in (0.0, -0.316)
+    )
+    assert bare.imag == pytest.approx(1.608, abs=5e-4)
+    assert loaded.imag == pytest.approx(1.608 * 0.684, abs=5e-4)
+    elastic = love_numbers(elastic_prem(), load=True).k
+    assert elastic - 0.011 == pytest.approx(-0.316, abs=2e-3)  # with what anelasticity adds to it
+
+
+def test_a_day_gets_longer_with_the_moment_of_what_turns():
+    momentum, moment, change = 3.0, 2.0, np.diag([5.0, 7.0, 1e-8])
+    before, after = (2 * np.pi * c / momentum for c in (moment, moment + 1e-8))
+    found = wobble.length_of_day_change(change, moment, length_of_day=before)
+    assert found == pytest.approx(after - before, rel=1e-7)
+    assert wobble.length_of_day_change(change, moment, -0.25, 0.5, before) == pytest.approx(1.5 * found, rel=1e-14)
+    assert wobble.length_of_day_change(1e7 * change, "2e7 g m2", length_of_day=before) == pytest.approx(1e3 * found)
+
+
 def test_what_has_no_wobble_is_refused():
     for call, message in (
+        (lambda: wobble.polar_excitation(np.eye(3), 2.0, 1.0, 0.94, 0.938), "keeps no pole"),
+        (lambda: wobble.polar_excitation(np.eye(3), 2.0, 2.0), "no axis of figure"),
+        (lambda: wobble.length_of_day_change(np.eye(3), 2.0, 0.0, 1.1), "share of the moment"),
         (lambda: wobble.euler_frequency(1.0, 1.0), "below 1"),
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.94, 0.938), "no free wobble"),
         (lambda: wobble.chandler_frequency(0.003, 1.0, 0.938, 0.938), "no free wobble"),
