@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from astroinertia.bodies import darwin, ellipsoid_gravity, jacobi, maclaurin, roche
+from astroinertia.bodies import darwin, ellipsoid_gravity, jacobi, maclaurin, roche, roche_riemann
 
 ENTRIES = json.loads((Path(__file__).parents[2] / "reference" / "ellipsoids.json").read_text())
 LIMITS = [entry for entry in ENTRIES if entry["name"] == "roche_ellipsoid_limit"]
@@ -145,3 +145,62 @@ def test_darwin_is_roche_far_away():
 def test_what_does_not_exist_is_refused(call):
     with pytest.raises(ValueError, match=r".{30,}"):
         call()
+
+
+@pytest.mark.parametrize("mass_ratio", [0.0, 1.0, 37.0, 1e4])
+def test_a_roche_riemann_ellipsoid_without_flow_is_roches(mass_ratio):
+    for c_over_a in (0.3, 0.6, 0.95):
+        found, known = (kind.from_axis_ratio(mass_ratio, *more, c_over_a) for kind, more in
+                        ((roche_riemann, (0.0,)), (roche, ())))  # fmt: skip
+        assert found.b_over_a == pytest.approx(known.b_over_a, rel=1e-13)
+        assert found.tide == pytest.approx(known.tide, rel=1e-13)
+    limit = roche_riemann.limit(mass_ratio, 0.0, mass=2.0, mean_radius=3.0, gravitational_constant=0.5)
+    known = roche.limit(mass_ratio, mass=2.0, mean_radius=3.0, gravitational_constant=0.5)
+    assert limit.tide == pytest.approx(known.tide, rel=1e-13) and limit.c_over_a == pytest.approx(known.c_over_a)
+    assert limit.angular_velocity == pytest.approx(known.angular_velocity, rel=1e-13)
+
+
+@pytest.mark.parametrize("vorticity", [-4.0, -2.0, -0.7, 1.0])
+@pytest.mark.parametrize("mass_ratio", [0.0, 2.0, 100.0])
+def test_the_flow_of_a_roche_riemann_ellipsoid_is_steady(mass_ratio, vorticity):
+    """Dirichlet's equation of x = F X, F = R(Omega t) diag(a, b, c) S(lambda t)^T, in space: pressure is what is left.
+
+    F'' F^-1 + gravity - tide is P (F F^T)^-1. Lambda turns matter within the figure, at -f Omega a b/(a^2 + b^2).
+    """
+    body = roche_riemann.from_axis_ratio(mass_ratio, vorticity, 0.7)
+    unit = math.pi * body.density
+    a, b, _ = axes = body.axes
+    orbit = math.sqrt(body.omega2 * unit)
+    inside = -vorticity * orbit * a * b / (a**2 + b**2)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    shape = np.diag(axes)
+    second = orbit**2 * turn @ turn @ shape - 2 * orbit * inside * turn @ shape @ turn + inside**2 * shape @ turn @ turn
+    gravity = 2 * unit * np.diag(ellipsoid_gravity.index_symbols(axes))
+    tide = body.tide * unit * np.diag([2.0, -1.0, -1.0])
+    pressure = (second @ np.linalg.inv(shape) + gravity - tide) @ shape @ shape
+    np.testing.assert_allclose(pressure, np.eye(3) * pressure[2, 2], atol=1e-13 * pressure[2, 2])
+    # The vorticity in the axes of the figure, of u = R^T F' F^-1 R less the turn of the figure.
+    flow = -inside * shape @ turn @ np.linalg.inv(shape)
+    assert flow[1, 0] - flow[0, 1] == pytest.approx(vorticity * orbit, rel=1e-13)
+
+
+def test_without_vorticity_a_far_companion_only_pulls():
+    """Linear response to 2, -1, -1 as of Jeans's spheroid, whatever the mass ratio: a - c = (15/4) mu R^3/(G M) R."""
+    for mass_ratio in (0.0, 5.0):
+        body = roche_riemann.from_axis_ratio(mass_ratio, -2.0, 1 - 1e-5)
+        strength = 0.75 * body.tide  # G M'/d^3 over G M/R^3
+        assert 1 - body.c_over_a == pytest.approx(3.75 * strength, rel=1e-4)
+        assert body.b_over_a == pytest.approx(body.c_over_a, abs=1e-8)
+
+
+def test_the_roche_riemann_limit_is_the_closest_of_its_sequence():
+    for vorticity in (-3.0, -2.0, 0.5):
+        closest = roche_riemann.limit(0.5, vorticity)
+        around = [roche_riemann.from_axis_ratio(0.5, vorticity, closest.c_over_a + by) for by in (-1e-3, 1e-3)]
+        others = [roche_riemann.from_axis_ratio(0.5, vorticity, c) for c in np.linspace(0.25, 0.99, 12)]
+        assert all(other.distance > closest.distance for other in others + around)
+        assert max(each.distance for each in around) == pytest.approx(closest.distance, rel=1e-5)
+    assert roche_riemann.limit(0.5, -2).vorticity_ratio == -2.0
+    for given in ((-1.0, 0.0, 0.7), (math.inf, 0.0, 0.7), (1.0, -4.5, 0.7), (1.0, 0.0, 1.0), (1.0, 0.0, 0.1)):
+        with pytest.raises(ValueError, match="Roche-Riemann ellipsoid"):
+            roche_riemann.from_axis_ratio(*given)
