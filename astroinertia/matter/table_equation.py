@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.storage.columns import READERS, Columns, check_file, check_numbers
+from astroinertia.storage.columns import READERS, Columns, check_file, check_numbers, suffix_of
 
 Array = Any
 COLUMNS = Columns(
@@ -67,7 +67,7 @@ def read_equation(path: str | Path) -> TableEquation:
     """The table of a file (.csv, .npz, .h5, .hdf5); SceneError that says what is wrong with it."""
     path, what = Path(path), COLUMNS.what
     check_file(path, what, tuple(READERS))
-    columns, stated = READERS[path.suffix.lower()](path, COLUMNS)
+    columns, stated = READERS[suffix_of(path)](path, COLUMNS)
     if columns["density"].size > COLUMNS.most:
         raise SceneError(f"{what} {path} has more than {COLUMNS.most} rows")
     check_numbers(path, what, columns, "row")

@@ -1,6 +1,6 @@
 """Profiles of stars from codes of stellar evolution: tables of shells with mass, density, pressure and rotation.
 
-Three formats are recognized by what the file holds:
+Three formats are recognized by what the file holds, also where gzip has packed it:
 
     MESA    profile.data: a line of numbers 1 2 3 ..., one of names and one of values of the whole star, an empty line,
             then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun,
@@ -27,7 +27,7 @@ import numpy as np
 
 from astroinertia.errors import SceneError
 from astroinertia.sph.profiles import Profile
-from astroinertia.storage.columns import HEAD_WITH_UNIT, check_there, is_number, plain_number
+from astroinertia.storage.columns import HEAD_WITH_UNIT, check_there, is_number, plain_number, suffix_of, text_file
 from astroinertia.units import ATOMIC_MASS, BOLTZMANN_CONSTANT, SOLAR_MASS, SOLAR_RADIUS, quantity, shown
 
 MAX_BYTES = 2**26
@@ -200,16 +200,13 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
     check_there(path, "stellar profile")
     if path.stat().st_size > MAX_BYTES:
         raise SceneError(f"stellar profile {name} is larger than {MAX_BYTES >> 20} MiB")
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            lines = list(itertools.islice(iter(lambda: file.readline(MAX_LINE + 1), ""), MAX_SHELLS + 101))
-    except UnicodeDecodeError:
-        raise SceneError(f"stellar profile {name} is not text; unpack it first if it is compressed") from None
+    with text_file(path, f"stellar profile {name}", MAX_BYTES) as file:
+        lines = list(itertools.islice(iter(lambda: file.readline(MAX_LINE + 1), ""), MAX_SHELLS + 101))
     if any(len(line) > MAX_LINE for line in lines):
         raise SceneError(f"stellar profile {name} has a line of more than {MAX_LINE} characters")
     if len(lines) > MAX_SHELLS + 100:
         raise SceneError(f"stellar profile {name} has more than {MAX_SHELLS} shells")
-    lines = [line.rstrip("\n") for line in lines]
+    lines = [line.rstrip("\r\n") for line in lines]
     try:
         columns = _columns(path, lines)
         return _checked(columns, mean_molecular_weight)
@@ -218,7 +215,7 @@ def read_progenitor(path: str | Path, mean_molecular_weight: float | None = None
 
 
 def _columns(path: Path, lines: list[str]) -> Columns:
-    if path.suffix.lower() == ".csv":
+    if suffix_of(path) == ".csv":
         return _csv(lines)
     for number, line in enumerate(lines[:_MAX_HEAD]):
         if re.search(r"cell outer tot(al|\.) mass", line):

@@ -30,6 +30,7 @@ from astroinertia.storage.columns import (
     hdf5,
     npz_columns,
     scaled,
+    suffix_of,
     unit_scales,
 )
 from astroinertia.storage.table_hdf5 import SUFFIXES as HDF5_SUFFIXES, netcdf_group, split_units, split_vectors
@@ -85,7 +86,7 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         dump = read_dump(path, MAX_PARTICLES, COLUMNS.what)
         return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, (*_READERS, *beside))
-    suffix = path.suffix.lower()
+    suffix = suffix_of(path)
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
         columns, own, note = snapshot

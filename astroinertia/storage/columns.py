@@ -2,16 +2,19 @@
 
 A CSV file names its columns in the first line that is not a comment (#), or in the comment right before numbers, as
 NumPy's savetxt writes it; all of them with units or none: "x (km)" or "x [km]"; a table of astropy (ECSV) has the units
-in its comments, and position and velocity may be lists of three numbers there. An npz file holds one array a column,
-never pickled objects; h5 and hdf5 files are those of table_hdf5.py.
+in its comments, and position and velocity may be lists of three numbers there. gzip may have packed such text. An npz
+file holds one array a column, never pickled objects; h5 and hdf5 files are those of table_hdf5.py.
 Tests: tests/unit/sph/test_initial_particles.py.
 """
 
 import csv
+import gzip
 import itertools
 import re
+import zlib
 from array import array
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
@@ -19,7 +22,7 @@ from typing import TextIO
 import numpy as np
 
 from astroinertia.errors import SceneError
-from astroinertia.storage.bounded import npz_members, plain_text
+from astroinertia.storage.bounded import SMALL, SPREAD, npz_members, plain_text
 from astroinertia.storage.table_hdf5 import (
     SUFFIXES as HDF5_SUFFIXES,
     VECTORS,
@@ -35,6 +38,7 @@ _MAX_LINE = 1024
 _MOST_PASSED = 100_000
 HEAD_WITH_UNIT = re.compile(r"\s*(\w{1,40})\s*(?:\[([^\[\]]{1,40})\]|\(([^()]{1,40})\))\s*")
 _ECSV = "# %ECSV"
+_TEXTS, _GZIP = (".csv", ".ecsv"), b"\x1f\x8b"  # endings, and how a file begins that gzip has packed
 Read = tuple[dict[str, np.ndarray], bool]
 """Columns by name, in SI where their file states their units, and whether it does."""
 
@@ -87,9 +91,43 @@ def check_file(path: Path, what: str, suffixes: tuple[str, ...]) -> None:
     """SceneError unless there is a file, of a known kind, that is not too large."""
     check_there(path, what)
     check_size(path, what)
-    if path.suffix.lower() not in suffixes:
+    if suffix_of(path) not in suffixes:
         *first, last = suffixes
         raise SceneError(f"{what} {path} must be a {', '.join(first)} or {last} file")
+
+
+def suffix_of(path: Path) -> str:
+    """The ending of a file's name in small letters, of text that gzip has packed the one before .gz."""
+    packed = path.suffix.lower() == ".gz"
+    inner = Path(path.stem).suffix.lower() if packed else ""
+    return inner if inner in _TEXTS else path.suffix.lower()
+
+
+@contextmanager
+def text_file(path: Path, name: str, most: int = MAX_BYTES) -> Iterator[TextIO]:
+    """A text, open for reading, which gzip may have packed from `most` bytes or less; SceneError where it is none."""
+    try:
+        with path.open("rb") as file:
+            packed = file.read(len(_GZIP)) == _GZIP
+        if packed:
+            _check_unpacked(path, name, most)
+        opened = gzip.open if packed else open
+        with opened(path, "rt", encoding="utf-8-sig", newline="") as text:
+            yield text
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{name} is not text") from error
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise SceneError(f"{name} cannot be unpacked ({plain_text(error)})") from error
+
+
+def _check_unpacked(path: Path, name: str, most: int) -> None:
+    """SceneError where gzip makes more of a file than it may become."""
+    left = most = min(most, max(SMALL, SPREAD * path.stat().st_size))
+    with gzip.open(path) as unpacked:
+        while block := unpacked.read(2**20):
+            left -= len(block)
+            if left < 0:
+                raise SceneError(f"{name} unpacks to more than the {most >> 20} MiB allowed")
 
 
 def check_there(path: Path, what: str) -> None:
@@ -122,8 +160,8 @@ def csv_columns(path: Path, wanted: Columns) -> Read:
     names = [part for head in heads for part in vectors.get(head, (head,))]
     wanted.check(path, names)
     scales = unit_scales(path, wanted, names, units)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
+    with text_file(path, f"{wanted.what} {path}") as file:
+        try:
             lines = csv.reader(_limited(f"{wanted.what} {path}", file), delimiter=delimiter)
             next(lines, None)
             for row in itertools.islice(lines, wanted.most + 1):
@@ -131,10 +169,10 @@ def csv_columns(path: Path, wanted: Columns) -> Read:
                     raise SceneError(f"{wanted.what} {path}: row {rows + 1} has {len(row)} values, not {len(heads)}")
                 numbers.extend(_flat(heads, row, vectors) if vectors else map(plain_number, row))
                 rows += 1
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{wanted.what} {path} is not text") from error
-    except (ValueError, csv.Error) as error:
-        raise SceneError(f"{wanted.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
+        except UnicodeDecodeError:
+            raise
+        except (ValueError, csv.Error) as error:
+            raise SceneError(f"{wanted.what} {path}: row {rows + 1} is not numbers ({plain_text(error)})") from error
     columns = np.array(numbers, dtype=float).reshape(-1, len(names)).T
     return scaled(dict(zip(names, columns, strict=True)), scales)
 
@@ -151,11 +189,8 @@ def _flat(heads: list[str], row: list[str], vectors: Mapping[str, tuple[str, ...
 def _head(path: Path, wanted: Columns) -> tuple[list[str], dict[str, str], str, Mapping[str, tuple[str, ...]]]:
     """Names of the columns of a CSV file, their units where it states them, what is between them, and vectors."""
     comments: list[str] = []
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            line = next(_limited(f"{wanted.what} {path}", file, comments), "")
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{wanted.what} {path} is not text") from error
+    with text_file(path, f"{wanted.what} {path}") as file:
+        line = next(_limited(f"{wanted.what} {path}", file, comments), "")
     of_astropy = bool(comments) and comments[0].startswith(_ECSV)
     commas = any(re.fullmatch(r"# delimiter: ([\"']),\1\s*", line) for line in comments)
     delimiter = " " if of_astropy and not commas else ","

@@ -1,5 +1,7 @@
 """Placement, rotation laws and particle tables."""
 
+import gzip
+
 import h5py
 import netCDF4
 import numpy as np
@@ -264,6 +266,33 @@ def tables(tmp_path):
     (tmp_path / "astropy.ecsv").write_text(ECSV.format(rows(PLACES, " ")))
     (tmp_path / "si.csv").write_text("mass,x,y,z\n" + rows(PLACES * _SIZES, ","))
     return tmp_path
+
+
+@pytest.mark.parametrize("name", ["heads.csv", "astropy.ecsv"])
+def test_text_that_gzip_has_packed_is_read_as_it_was(tables, name):
+    content = (tables / name).read_bytes()
+    (tables / f"{name}.GZ").write_bytes(gzip.compress(content))
+    np.testing.assert_array_equal(read_table(tables / f"{name}.GZ").position, read_table(tables / name).position)
+    assert read_table(tables / f"{name}.GZ").units == "SI"
+
+
+def test_what_gzip_has_packed_is_refused_where_it_is_damaged_or_out_of_proportion(tmp_path):
+    packed = gzip.compress(b"mass,x,y,z\n" + b"1,0,0,0\n" * 9)
+    bomb = gzip.compress(b"mass,x,y,z\n" + b"1,0,0,0\n" * 9_000_000)
+    for content, sentence in (
+        (packed[:-12], "cannot be unpacked"),
+        (packed[:20] + b"!" + packed[21:], "cannot be unpacked"),
+        (packed[:-5] + b"!" + packed[-4:], "cannot be unpacked"),
+        (gzip.compress(bytes(range(256))), "is not text"),
+        (bomb, "unpacks to more than the 64 MiB allowed"),
+    ):
+        (tmp_path / "p.csv.gz").write_bytes(content)
+        with pytest.raises(SceneError, match=sentence) as caught:
+            read_table(tmp_path / "p.csv.gz")
+        assert "\n" not in str(caught.value)
+    (tmp_path / "p.npz.gz").write_bytes(packed)
+    with pytest.raises(SceneError, match=r"must be a \.csv"):
+        read_table(tmp_path / "p.npz.gz")
 
 
 @pytest.mark.parametrize("name", ["heads.csv", "astropy.ecsv"])

@@ -1,5 +1,6 @@
 """Stellar profiles: what is read from each format, and the particles placed by them, against sums over the table."""
 
+import gzip
 import re
 import runpy
 from pathlib import Path
@@ -336,6 +337,20 @@ def test_what_is_wrong_with_a_file_is_reported(tmp_path, text, message):
     with pytest.raises(SceneError) as refused:
         read_progenitor(file)
     assert message in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("file", [MESA, KEPLER])
+def test_a_profile_that_gzip_has_packed_is_the_same_star(tmp_path, file):
+    (tmp_path / f"{file.name}.gz").write_bytes(gzip.compress(file.read_bytes().replace(b"\n", b"\r\n")))
+    found, known = read_progenitor(tmp_path / f"{file.name}.gz"), read_progenitor(file)
+    np.testing.assert_array_equal(found.mass, known.mass)
+    np.testing.assert_array_equal(found.angular_velocity, known.angular_velocity)
+    rows = "\n".join(f"{r},{r}" for r in range(1, 20))
+    (tmp_path / "p.csv.gz").write_bytes(gzip.compress(f"radius (km), mass (kg)\n{rows}".encode()))
+    assert read_progenitor(tmp_path / "p.csv.gz").radius[0] == 1e3
+    (tmp_path / "bomb.gz").write_bytes(gzip.compress(b" " * 68_000_000))
+    with pytest.raises(SceneError, match="unpacks to more than the 64 MiB allowed"):
+        read_progenitor(tmp_path / "bomb.gz")
 
 
 def test_limits_and_unknown_formats_are_reported(tmp_path):
