@@ -1,10 +1,12 @@
 """Profiles of stars from codes of stellar evolution: tables of shells with mass, density, pressure and rotation.
 
-Three formats are recognized by what the file holds, also where gzip has packed it:
+Four formats are recognized by what the file holds, also where gzip has packed it:
 
     MESA    profile.data: a line of numbers 1 2 3 ..., one of names and one of values of the whole star, an empty line,
             then numbers, names and a row a zone, from the surface inwards (cgs; mass and radius in those of the Sun,
             which are msun and rsun among the values of the whole star, where these have them)
+            or a saved model (.mod): comments, a line with "-- model for mesa/star", what the whole star has, names and
+            a row a zone, with natural logarithms; its mass is in that of the Sun, which it does not state
     KEPLER  presupernova files of Woosley & Heger: names such as "cell outer total mass" at least two blanks apart, then
             "1:" and a row a cell, from the centre outwards (cgs; --- for what is not there); a last row without a
             radius is the wind
@@ -19,6 +21,7 @@ tests/unit/sph/test_progenitor.py.
 """
 
 import itertools
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,26 +41,34 @@ _SAME_DENSITY = 0.2  # of ln rho, between mass over volume and the table's own: 
 _GRAM, _CM = 1e-3, 1e-2
 _MAX_HEAD = 100  # lines of comments before the names; KEPLER's own writer has some twenty
 
-# Names in a file, and what a number there is in SI: a factor, or a pair for what is the logarithm of a number.
+# Names in a file, and what a number there is in SI: a factor, or with the base of what is the logarithm of a number.
 MESA = {
     "mass_grams": ("mass", _GRAM),
     "radius_cm": ("radius", _CM),
-    "logR_cm": ("radius", (_CM,)),
+    "logR_cm": ("radius", (10.0, _CM)),
     "radius_km": ("radius", 1e3),
     "density": ("density", 1e3),
     "rho": ("density", 1e3),
-    "logRho": ("density", (1e3,)),
-    "logD": ("density", (1e3,)),
+    "logRho": ("density", (10.0, 1e3)),
+    "logD": ("density", (10.0, 1e3)),
     "pressure": ("pressure", 0.1),
-    "logP": ("pressure", (0.1,)),
+    "logP": ("pressure", (10.0, 0.1)),
     "temperature": ("temperature", 1.0),
-    "logT": ("temperature", (1.0,)),
+    "logT": ("temperature", (10.0, 1.0)),
     "energy": ("internal_energy", 1e-4),
-    "logE": ("internal_energy", (1e-4,)),
+    "logE": ("internal_energy", (10.0, 1e-4)),
     "omega": ("omega_of_edge", 1.0),
-    "log_omega": ("omega_of_edge", (1.0,)),
+    "log_omega": ("omega_of_edge", (10.0, 1.0)),
     "j_rot": ("specific_angular_momentum", 1e-4),
-    "log_j_rot": ("specific_angular_momentum", (1e-4,)),
+    "log_j_rot": ("specific_angular_momentum", (10.0, 1e-4)),
+}
+SAVED_MESA = {
+    "dq": ("share", 1.0),  # of the mass, of a zone
+    "lnR": ("radius", (math.e, _CM)),
+    "lnd": ("density", (math.e, 1e3)),
+    "lnT": ("temperature", (math.e, 1.0)),
+    "omega": ("omega_of_edge", 1.0),
+    "j_rot": ("specific_angular_momentum", 1e-4),
 }
 _OF_THE_SUN = {  # by the values of the whole star that say how much that is, in cgs
     "mass": ("mass", "msun"),
@@ -220,10 +231,14 @@ def _columns(path: Path, lines: list[str]) -> Columns:
     for number, line in enumerate(lines[:_MAX_HEAD]):
         if re.search(r"cell outer tot(al|\.) mass", line):
             return _kepler(line, lines[number + 1 :])
+        if "-- model for mesa/star" in line:
+            return _saved_mesa(lines[number + 1 :])
     first = lines[0].split() if lines else []
     if len(lines) > 6 and first and first == [str(k + 1) for k in range(len(first))]:
         return _recognised(lines[5].split(), [line.split() for line in lines[6:] if line.strip()], _mesa(lines))
-    raise ValueError("this is none of the known formats: a MESA profile.data, a KEPLER presupernova file, or a .csv")
+    raise ValueError(
+        "this is none of the known formats: a MESA profile.data or .mod, a KEPLER presupernova file, or a .csv"
+    )
 
 
 def _mesa(lines: list[str]) -> dict:
@@ -234,8 +249,24 @@ def _mesa(lines: list[str]) -> dict:
         if name in said and (values := _numbers([said[name]], name)) is not None:
             sun[name] = float(values[0]) * unit
     return MESA | {
-        name: (kind, (sun[of],) if name.startswith("log") else sun[of]) for name, (kind, of) in _OF_THE_SUN.items()
+        name: (kind, (10.0, sun[of]) if name.startswith("log") else sun[of]) for name, (kind, of) in _OF_THE_SUN.items()
     }
+
+
+def _saved_mesa(lines: list[str]) -> Columns:
+    words = [line.split() for line in lines]
+    said = {row[0]: row[1] for row in words[:_MAX_HEAD] if len(row) > 1}
+    if "R_center" in said:
+        raise ValueError("it is a saved model of MESA whose core is cut out (R_center)")
+    mass = _numbers([said.get("M/Msun", "-")], "M/Msun")
+    place = next((k for k, row in enumerate(words[:_MAX_HEAD]) if {"lnR", "dq"} <= {*row}), len(words))
+    names, rows = words[place : place + 1], itertools.takewhile(len, words[place + 1 :])  # then of the model before it
+    columns = _recognised(["row", *itertools.chain(*names)], list(rows), SAVED_MESA)
+    if mass is None or "share" not in columns:
+        raise ValueError("it is a saved model of MESA without its mass (M/Msun) or shells (lnR and dq)")
+    with np.errstate(over="ignore", invalid="ignore"):
+        columns["mass"] = mass * SOLAR_MASS * np.cumsum(columns.pop("share")[::-1])[::-1]
+    return columns
 
 
 def _kepler(header: str, lines: list[str]) -> Columns:
@@ -266,9 +297,9 @@ def _recognised(names: list[str], rows: list[list[str]], table: dict) -> Columns
         kind, factor = table[name]
         values = _numbers([row[k] for row in rows], name)
         if values is not None:
-            logarithm = isinstance(factor, tuple)
+            power, scale = factor if isinstance(factor, tuple) else (None, factor)
             with np.errstate(over="ignore"):
-                columns[kind] = 10.0**values * factor[0] if logarithm else values * factor
+                columns[kind] = (values if power is None else power**values) * scale
     return columns
 
 

@@ -22,8 +22,8 @@ class ProfileBody(Unknown, Stretched):
     structure: ClassVar[str] = "spheres.progenitor"
     rotates_itself: ClassVar[bool] = True
     file: Annotated[str, Field(min_length=1, max_length=512)] = Field(
-        description="stellar profile, relative to the scene: MESA profile.data, KEPLER presupernova file or .csv with "
-        "units"
+        description="stellar profile, relative to the scene: MESA profile.data or .mod, KEPLER presupernova file or "
+        ".csv with units"
     )
     inner_mass: Mass | None = Field(default=None, description="take only what lies within this enclosed mass")
     rotation_factor: Annotated[Real, Field(ge=-1e6, le=1e6)] = Field(

@@ -339,6 +339,47 @@ def test_what_is_wrong_with_a_file_is_reported(tmp_path, text, message):
     assert message in str(refused.value) and "\n" not in str(refused.value)
 
 
+def saved(star, tmp_path, change=lambda text: text):
+    """A star as MESA saves its models: from the surface inwards, natural logarithms in cgs, D for the power of ten."""
+    shares = np.diff(star.mass, prepend=0.0) / star.mass[-1]
+    of_edge = np.interp(star.radius, 0.5 * (star.radius + np.append(0.0, star.radius[:-1])), star.angular_velocity)
+    columns = {"lnd": np.log(star.density / 1e3), "lnR": np.log(star.radius * 100), "L": 0 * shares, "dq": shares,
+               "omega": of_edge, "h1": 0 * shares + 1}  # fmt: skip
+    rows = [f"{k + 1:5d} " + " ".join(f"{value:26.16e}" for value in row) for k, row in
+            enumerate(np.array(list(columns.values())).T[::-1])]  # fmt: skip
+    said = {"version_number": "'r24.08.1'", "M/Msun": f"{star.mass[-1] / SOLAR_MASS:.16e}", "species": 1}
+    head = [
+        "! note: initial lines of file can contain comments",
+        "!",
+        "  8 -- model for mesa/star, dq=fraction of mstar",
+    ]
+    text = "\n".join([*head, "", *(f"{name:>32}  {value}" for name, value in said.items()), "",
+                      " ".join(f"{name:>26}" for name in columns), *rows, "", "        previous model", "",
+                      f"{'previous n_shells':>32}  {len(shares)}", ""])  # fmt: skip
+    (tmp_path / "star.mod").write_text(change(re.sub(r"(\d)e([+-])", r"\1D\2", text)))
+    return read_progenitor(tmp_path / "star.mod")
+
+
+def test_a_model_that_mesa_has_saved_is_its_star(tmp_path):
+    star = read_progenitor(MESA)
+    found = saved(star, tmp_path)
+    np.testing.assert_allclose(found.mass, star.mass, rtol=1e-13)
+    np.testing.assert_allclose(found.radius, star.radius, rtol=1e-13)
+    assert found.moment_of_inertia == pytest.approx(star.moment_of_inertia, rel=1e-13)
+    assert found.angular_momentum == pytest.approx(star.angular_momentum, rel=1e-3)
+    assert found.pressure is None
+    for old, new, message in (
+        ("M/Msun", "M/Mearth", "without its mass"),
+        (" dq", " dm", "or shells"),
+        ("species", "R_center", "core is cut out"),
+        ("D-01 ", "D-01 1 ", "row 1 has 8 values, not 7"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            saved(star, tmp_path, lambda text, old=old, new=new: text.replace(old, new))
+    with pytest.raises(SceneError, match="times off what its masses"):  # of a mass in other units
+        saved(star, tmp_path, lambda text: re.sub(r"(M/Msun +)", r"\g<1>9", text))
+
+
 @pytest.mark.parametrize("file", [MESA, KEPLER])
 def test_a_profile_that_gzip_has_packed_is_the_same_star(tmp_path, file):
     (tmp_path / f"{file.name}.gz").write_bytes(gzip.compress(file.read_bytes().replace(b"\n", b"\r\n")))
