@@ -110,7 +110,8 @@ def sums_of_a_step(precision):
     found |= {f"direct {key}": value for key, value in direct.items()}
     strength = np.linalg.norm(direct["acceleration"], axis=1)
     particles = multipole._Particles(mass, position, lengths, None, precision, None)
-    fast = particles.sums(ORDER, TOLERANCE, multipole.OPENING, strength, KERNEL)
+    program = multipole._module(ORDER, precision, True)
+    fast = particles.sums(program, ORDER, TOLERANCE, multipole.OPENING, strength, KERNEL)
     found |= dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
     return found | sums_of_few(fields)
 
@@ -137,7 +138,7 @@ def programs():
             numba_modules.density_pass(KERNEL, precision, True)[0],
             numba_modules.neighbour_pass(KERNEL, TERMS, precision, False).module,
             numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False).module,
-            multipole._module(ORDER, precision),
+            multipole._module(ORDER, precision, True),
             multipole._softening(KERNEL, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}

@@ -12,12 +12,23 @@ from numba import njit
 from astroinertia.engines.numba_float64 import inverse_distance, real
 from astroinertia.engines.numba_parts import LOOP_FLAGS, with_columns
 from astroinertia.engines.numba_tables import row_spreader, vector_copy
-from astroinertia.engines.numba_vectors import ENTRY, LANES, PART, larger_of, padded, take, where, widest_vectors
+from astroinertia.engines.numba_vectors import (
+    ENTRY,
+    LANES,
+    PART,
+    larger_of,
+    once,
+    padded,
+    take,
+    where,
+    widest_vectors,
+)
 from astroinertia.engines.templates import executed
 from astroinertia.gravity.compaction import compacted
 from astroinertia.gravity.expansions import expansions, padded_moments
 
 TEST_FLAGS = {"contract", "nsz", "arcp", "afn"}
+roots_of_pairs, OF_FORCE, OF_POTENTIAL = once, real(1), real(1)
 ALIKE, MOMENTS, EXPANSIONS = real(3.0), padded_moments(5), executed(expansions(5))
 times_power, far_field = EXPANSIONS.times_power, EXPANSIONS.far_field
 shift_local, field_of_local = EXPANSIONS.shift_local, EXPANSIONS.field_of_local
@@ -84,8 +95,9 @@ def sort_candidates(node, listed, count, apart, features, about, bucket, theta, 
 
 @njit(fastmath=LOOP_FLAGS, **PART)
 def point_sums(targets, target_count, count, sources, field):
-    """As gravity.clamped_points.point_pair."""
+    """As gravity.clamped_points.point_pair; estimated distances are off by up to 6e-5, and right on average."""
     widest_vectors()
+    roots_of_pairs()
     all_x, all_y, all_z, mass, clamp = sources[0], sources[1], sources[2], sources[3], sources[4]
     for i in range(target_count):
         x_i, y_i, z_i, clamp_i = targets[0, i], targets[1, i], targets[2, i], targets[4, i]
@@ -99,10 +111,10 @@ def point_sums(targets, target_count, count, sources, field):
             sum_x += force * x
             sum_y += force * y
             sum_z += force * z
-        field[0, i] += sum_x
-        field[1, i] += sum_y
-        field[2, i] += sum_z
-        field[3, i] -= sum_phi
+        field[0, i] += sum_x * OF_FORCE
+        field[1, i] += sum_y * OF_FORCE
+        field[2, i] += sum_z * OF_FORCE
+        field[3, i] -= sum_phi * OF_POTENTIAL
 
 
 @njit(**PART)
