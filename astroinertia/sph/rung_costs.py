@@ -11,7 +11,8 @@ Array = Any
 FAR = 0.3  # what a sum over a nested set costs, beside all that one evaluation has to do
 CHANGED = 1.5  # how often nested sets are summed over for an interval, as some of their members change rungs
 BASE = 0.5  # what a base step costs beside its evaluation: sorting, agreeing on limits, and opening by itself
-END = 0.03  # what an end of an interval costs, however few are active: all particles drift
+END = 0.03  # what a drift costs, of every particle that takes part in it however few are active at its end
+PART = 0.125  # of the particles: those of the shortest intervals, if no more, drift by themselves between other ends
 # What takes as long however few particles there are, in evaluations of one, of about 5 us: a global step, the beginning
 # and the end of a base step, and an end of an interval within it (tests/benchmarks/results/individual_steps.md).
 STEP, BEGUN, ENDED = 400.0, 1000.0, 450.0
@@ -63,4 +64,6 @@ def of_base_step(counts: Array) -> float:
     for k in range(1, len(counts)):
         apart = 1.0 if within[k] < within[k - 1] else 0.5  # half of its sums are those over the set around it
         total += (0.5 + apart * CHANGED * FAR) * 2.0**k * within[k]  # half of its ends are of longer ones, too
-    return total + (ENDED + END * within[0]) * 2.0 ** (len(counts) - 1)
+    few = min(np.count_nonzero(within > PART * within[0]), len(counts) - 1)
+    outer, ends = 2.0**few, 2.0 ** (len(counts) - 1)
+    return total + ENDED * ends + END * (outer * within[0] + (ends - outer) * within[few])

@@ -12,11 +12,11 @@ import numpy as np
 
 from astroinertia.models.sph.active import BlockStep, carry_on, choose
 from astroinertia.models.sph.state import Arrangement
+from astroinertia.sph.rung_costs import PART
 
 Array = Any
 CHANGING = ("position", "remainder", "velocity", "entropy", "smoothing_length")  # of a state, besides its memory
 WORTH = 3  # ends of intervals that must lie within, for taking a part out to pay
-PART = 0.125  # of the particles: what is taken out is less, those around not counted
 GROWTH = 1.25  # by how much smoothing lengths may grow meanwhile
 
 

@@ -85,6 +85,14 @@ def test_ends_of_intervals_of_few_particles_cost_as_much_as_particles() -> None:
     assert base_step(limits, 100.0, 1)[0] == 1.0 and not base_step(limits, 100.0, 1)[1].any()
 
 
+@pytest.mark.parametrize(("short", "drifts"), [(900, 2), (10_000, 128)])
+def test_the_others_drift_at_few_ends_of_intervals_of_a_few(short: int, drifts: int) -> None:
+    """Of 128 ends, but not where half of all particles have such short intervals: few are taken out of the body."""
+    small, large = (rung_costs.of_base_step(np.array([count, *[0] * 6, short])) for count in (1e4, 1.1e4))
+    once = 1.0 + rung_costs.FAR + rung_costs.BASE
+    assert large - small == pytest.approx((once + drifts * rung_costs.END) * 1e3)
+
+
 @pytest.mark.parametrize(("short", "count"), [(500, 1000), (100, 10_000), (1, 300)])
 def test_no_base_step_outlasts_a_few_hundred_global_steps(
     short: int, count: int, monkeypatch: pytest.MonkeyPatch
