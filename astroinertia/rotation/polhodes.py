@@ -72,8 +72,9 @@ def polhode(top: FreeTop, points: int = 241) -> np.ndarray:
     >>> print((curve**2 @ [1, 2, 3]).round(12))  # all of one energy
     [2.04 2.04 2.04 2.04 2.04]
     """
-    if points < 1:
-        raise ValueError(f"points of a polhode must be at least 1, not {points}")
+    if points < 1 or points % 1 != 0:
+        raise ValueError(f"points of a polhode must be a whole number and at least 1, not {points}")
+    points = int(points)
     if top.motion == "steady":
         return np.tile(angular_velocity(top, 0.0), (points, 1))
     if top.modulus is None:

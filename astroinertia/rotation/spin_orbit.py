@@ -135,6 +135,7 @@ def surface_of_section(
     """
     if not 0 <= eccentricity < 1 or any(count < 1 or count % 1 != 0 for count in (orbits, steps)):
         raise ValueError("a section needs 0 <= eccentricity < 1, and whole orbits and steps, at least one of each")
+    orbits, steps = int(orbits), int(steps)
     starts = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(rate, dtype=float))
     drifts = np.array([*_DRIFTS, 1 - 2 * sum(_DRIFTS), *_DRIFTS[::-1]]) * 2 * np.pi / steps
     kicks = np.array([*_KICKS, 0.5 - sum(_KICKS), 0.5 - sum(_KICKS), *_KICKS[::-1]]) * 2 * np.pi / steps

@@ -26,7 +26,10 @@ def test_the_polhode_is_where_the_angular_velocity_runs(name):
 
 def test_the_polhode_of_a_steady_rotation_is_a_point():
     top = free_top.free_top([1.0, 2.0, 3.0], [0.0, 0.7, 0.0])
-    np.testing.assert_array_equal(polhodes.polhode(top, 5), np.tile([0.0, 0.7, 0.0], (5, 1)))
+    for points in (5, 5.0):
+        np.testing.assert_array_equal(polhodes.polhode(top, points), np.tile([0.0, 0.7, 0.0], (5, 1)))
+    with pytest.raises(ValueError, match="whole number"):
+        polhodes.polhode(top, 5.5)
     assert polhodes.herpolhode_radii(top) == (0.0, 0.0)
     assert np.isnan(free_top.period(top))
     assert np.isnan(polhodes.dwell(top, 0.3))

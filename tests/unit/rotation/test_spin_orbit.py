@@ -97,6 +97,8 @@ def test_what_makes_no_section_is_refused():
     for arguments in ((1.0, 0.1, 0.0, 1.0, 3), (*orbit, 0), (*orbit, 3, 0), (*orbit, 2.5), (*orbit, 3, 48.5)):
         with pytest.raises(ValueError, match="section needs"):
             spin_orbit.surface_of_section(*arguments)
+    whole = (spin_orbit.surface_of_section(*orbit, *counts) for counts in ((3, 24), (3.0, 24.0)))
+    np.testing.assert_array_equal(*(found.rate for found in whole))
 
 
 def test_a_negative_asphericity_is_refused():
