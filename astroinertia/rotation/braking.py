@@ -131,8 +131,8 @@ def decaying_field_period(time: Array, period: Array, period_derivative: Array, 
     time = np.asarray(time, dtype=float)
     decays = 2 * time / decay_time
     still = decays == 0
-    braked = np.where(still, 1.0, -np.expm1(-decays) / np.where(still, 1.0, decays))  # share of the time that counts
-    return np.sqrt(period**2 + 2 * period * period_derivative * time * braked)
+    twice = np.where(still, 2 * time, -np.expm1(-decays) * np.where(still, 0.0, decay_time))  # the time that counts
+    return np.sqrt(period**2 + period * period_derivative * twice)
 
 
 @with_quantities()

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.special import expit, logit
 
+from astroinertia.process.positive import refuse_negative
 from astroinertia.process.quantities import with_quantities
 from astroinertia.rotation.spin_scaling import centrifugal_radius
 from astroinertia.units import GRAVITATIONAL_CONSTANT
@@ -223,9 +224,9 @@ def mass_quadrature(count: int) -> tuple[np.ndarray, np.ndarray]:
     >>> print(f"{mass_quadrature(80)[1].sum():.12f}")
     1.000000000000
     """
-    if count < 1:
-        raise ValueError(f"the count of shells must be at least 1, not {count}")
-    at = np.linspace(-_REACH, _REACH, count)
+    if count < 1 or count % 1 != 0:
+        raise ValueError(f"the count of shells must be a whole number and at least 1, not {count}")
+    at = np.linspace(-_REACH, _REACH, int(count))
     inner = 0.5 * math.pi * np.sinh(at)
     # 1/(1 + e^-2x), written so that neither tail is rounded away.
     share = np.where(inner < 0, np.exp(2 * np.minimum(inner, 0)), 1.0) / (1 + np.exp(-2 * np.abs(inner)))
@@ -254,5 +255,7 @@ def isothermal_disc_radius(
     >>> print(f"{isothermal_disc_radius(1.989e30, 1e-14, 200.0) / 1.495979e11:.0f} au")  # after one solar mass
     38 au
     """
-    outer = gravitational_constant * np.asarray(mass, dtype=float) / (2 * np.asarray(sound_speed, dtype=float) ** 2)
-    return centrifugal_radius(np.asarray(angular_velocity) * outer**2, mass, gravitational_constant)
+    refuse_negative(mass=mass, gravitational_constant=gravitational_constant)
+    squared = np.asarray(sound_speed, dtype=float) ** 2
+    outer = gravitational_constant * np.asarray(mass, dtype=float) / (2 * squared)
+    return np.asarray(angular_velocity, dtype=float) ** 2 * outer**3 / (2 * squared)  # j^2/(G M), also before any fell

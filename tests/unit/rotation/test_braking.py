@@ -61,6 +61,7 @@ def test_a_decaying_field_ends_the_spin_down():
     decay = 1e11
     period = braking.decaying_field_period(np.array([0.0, 1e9, 1e13]), P, DOT, decay)
     assert period[0] == P and period[2] == pytest.approx(math.sqrt(P**2 + decay * P * DOT))
+    assert braking.decaying_field_period(math.inf, P, DOT, decay) == period[2]
     step = 1e6
     later = braking.decaying_field_period(1e9 + np.array([-step, 0.0, step]), P, DOT, decay)
     slowing = (later[2] - later[0]) / (2 * step)

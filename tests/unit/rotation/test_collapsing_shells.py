@@ -7,7 +7,12 @@ import pytest
 from scipy.integrate import quad
 
 from astroinertia.bodies.polytrope import Polytrope
-from astroinertia.rotation.collapsing_shells import isothermal_disc_radius, shells_from_table, shells_of
+from astroinertia.rotation.collapsing_shells import (
+    isothermal_disc_radius,
+    mass_quadrature,
+    shells_from_table,
+    shells_of,
+)
 
 UNIFORM = Polytrope(0.0, 2.0, 3.0)
 
@@ -94,6 +99,9 @@ def test_the_disc_of_a_cloud():
     # Terebey, Shu & Cassen's: 0.5 solar masses, 1e-14 /s and 0.2 km/s give some tens of au.
     expected = isothermal_disc_radius(1e30, 1e-14, 200.0)
     assert expected == pytest.approx((6.6743e-11 * 1e30) ** 3 * 1e-28 / (16 * 200.0**8), rel=1e-12)
+    np.testing.assert_allclose(isothermal_disc_radius([0.0, 2e30], 1e-14, 200.0), [0.0, 8 * expected], rtol=1e-12)
+    with pytest.raises(ValueError, match="mass"):
+        isothermal_disc_radius(-1e30, 1e-14, 200.0)
 
 
 def test_a_table_of_a_stellar_model():
@@ -102,6 +110,7 @@ def test_a_table_of_a_stellar_model():
     shells = shells_from_table(mass, radius, np.full(2000, 0.5), 1.0)
     assert shells.moment_of_inertia == pytest.approx(UNIFORM.moment_of_inertia, rel=1e-6)
     assert shells.mass.sum() == pytest.approx(2.0, rel=1e-14)
+    np.testing.assert_array_equal(mass_quadrature(20.0), mass_quadrature(20))  # a whole number of any type
     for wrong in (mass[::-1], mass[:-1], -mass):
         with pytest.raises(ValueError, match="table of shells"):
             shells_from_table(wrong, radius, np.full(2000, 0.5))
@@ -116,6 +125,8 @@ def test_what_is_no_collapse_is_refused():
         shells.spectrum([0.1, -0.1])
     with pytest.raises(ValueError, match="at least 8 shells"):
         shells_of(UNIFORM, 0.5, 4)
+    with pytest.raises(ValueError, match="whole number"):
+        mass_quadrature(20.5)
 
 
 def test_shells_have_the_gravitational_constant_of_their_body():
