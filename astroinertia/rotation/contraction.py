@@ -48,7 +48,8 @@ def kelvin_helmholtz_time(
     """
     refuse_negative(mass=mass, radius=radius, luminosity=luminosity, gravitational_constant=gravitational_constant)
     energy = binding_factor(index, gamma) * gravitational_constant * np.asarray(mass, dtype=float) ** 2
-    return energy / (np.asarray(radius, dtype=float) * luminosity)
+    with np.errstate(divide="ignore"):  # what does not radiate has for ever
+        return energy / (np.asarray(radius, dtype=float) * luminosity)
 
 
 @with_quantities()

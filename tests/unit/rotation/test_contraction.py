@@ -36,6 +36,12 @@ def test_what_is_radiated_is_what_is_lost(track):
     assert np.trapezoid(power, times) == pytest.approx(lost, rel=1e-6)
 
 
+def test_what_does_not_radiate_keeps_its_size():
+    assert contraction.kelvin_helmholtz_time(1e27, 1.4e8, 0.0) == math.inf
+    for law in (contraction.radius_at_luminosity, contraction.radius_at_temperature):
+        np.testing.assert_array_equal(law([0.0, 1e9 * YEAR], 1e27, 1.4e8, 0.0), [1.4e8, 1.4e8])
+
+
 def test_a_disc_holds_the_period_until_it_is_gone():
     radii = np.array([5.0, 3.0, 2.0, 1.0])
     np.testing.assert_allclose(contraction.contracted_period(8.0, 5.0, radii), 8.0 * (radii / 5) ** 2)
