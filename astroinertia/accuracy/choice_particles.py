@@ -225,8 +225,8 @@ def _settled(ladder: Ladder, estimate: Estimate, wanted: float, accuracy: float)
     while not ladder.affords((), least, factor):
         least = _rounded(FINER * least)
     why = (
-        f"pilots with {', '.join(map(str, sorted(ladder.runs)))} tell an error of {estimate.error:.1e} at {finest}, "
-        f"which falls as h^{estimate.order:.2g}{'' if len(ladder.runs) > 2 else ', as two are taken to tell'}"
+        f"pilots with {', '.join(map(str, sorted(ladder.runs)))} give an error of {estimate.error:.1e} at {finest}, "
+        f"which falls as h^{estimate.order:.2g}{'' if len(ladder.runs) > 2 else ', assumed of two pilots'}"
     )
     if wanted < least:
         wanted, why = least, f"{why}; fewer would cost less than the pilots"

@@ -234,7 +234,7 @@ def _refusal(ladders: list[Ladder]) -> OutOfReach:
     error, label = min(ladder.least for ladder in ladders)
     if not label:
         failure = next((ladder.failure for ladder in ladders if ladder.failure), "no two of them agree")
-        return OutOfReach(f"pilots do not tell: {failure.removesuffix('.')}")
+        return OutOfReach(f"pilots give no error: {failure.removesuffix('.')}")
     return OutOfReach(f"the least error found is {error:.1e}: {label}")
 
 
@@ -246,7 +246,7 @@ def _settled(ladder: Ladder) -> Settings:
     method, wanted, estimate = ladder.method, ladder.wanted, ladder.estimate
     ranked = [*reversed(ladder.runs)]
     value, error = ranked[0], estimate.error
-    why = f"runs up to {value:g} tell an error of {error:.1e} there, of order {estimate.order:.2g}"
+    why = f"runs up to {value:g} give an error of {error:.1e} there, of order {estimate.order:.2g}"
     if error > wanted:
         value, why = ladder.reaching(estimate.order), f"{why}, by which finer ones are taken to err"
         error = estimate.at(method.step(value) / method.step(ranked[0]))

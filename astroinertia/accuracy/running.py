@@ -29,7 +29,7 @@ from astroinertia.storage.atomic import own_folder
 FOLDER = "companion_runs"
 BESIDE_CHOICE = (
     "error bars may be larger than the error that the choice of settings states: they have the noise of sums over "
-    "neighbours, too, and of each source twice what three runs tell, or what two tell if its order is half of theory's"
+    "neighbours, too, and of each source twice what three runs give, or what two give if its order is half of theory's"
 )
 
 

@@ -89,7 +89,7 @@ def scene_of(archive: Archive, effects: Sequence[Any] = ()) -> Scene:
     """
     metadata = archive.metadata
     if not isinstance(metadata.get("scene"), str):
-        raise ArchiveError(f"{archive.folder} does not tell the scene that its run was made from.")
+        raise ArchiveError(f"{archive.folder} does not hold the scene that its run was made from.")
     for door, kind in missing(archive, effects):
         origin = plain_text(metadata[door.described][kind])
         raise ArchiveError(

@@ -12,7 +12,6 @@ there. Its dataset says in `history` and `branched_from` where it comes from and
 state, companions, units and model stay as they are.
 
 {EXIT_CODES}
-
 examples: astroinertia branch runs/star --at "2 h" --set effects.damping.time_scale="20 min" --output runs/damped
           astroinertia branch runs/star --at "2 h" --set "effects={{gravity={{}}, pressure={{}}}}" --output runs/ideal
           astroinertia branch runs/star --set "time.end=6 h" --set numerics.neighbours=120 --output runs/smoother

@@ -15,7 +15,7 @@ def add_arguments(add: Add) -> None:
     """Add where the processes meet, how many they are and which of them this is."""
     add("--coordinator", metavar="HOST:PORT",
         help="do a run of the engine xla together with other processes, each started with the same arguments on a "
-        f"device of its own and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI tells "
+        f"device of its own and meeting here; numerics.devices is their number. '{FOUND}' within Slurm or MPI finds "
         "the rest, too. Runs of the engine numba_cpu that mpirun starts need none of this")  # fmt: skip
     add("--processes", type=int, metavar="N", help="how many processes there are, with --coordinator")
     add("--process", type=int, metavar="K", help="which of them this is, from 0 on, which writes")

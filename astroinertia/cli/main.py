@@ -151,18 +151,20 @@ def _commands() -> dict[str, Command]:
                        (cli_new.add_arguments,)),
         "plan": Command(_plan, "say what a scene calls for, why, and what it costs", "star.toml",
                         (add_scene, audit.add_arguments, cli_calibrate.add_plan_arguments, choice.add_arguments)),
-        "run": Command(_run, "run a scene", f"star.toml --set body.particles=5000 --output runs/coarse. "
-                       f"{stop.EXIT_CODES}", (add_scene, _add_run, choice.add_arguments, *running)),
+        "run": Command(_run, "run a scene", f"{stop.EXIT_CODES}\nexample: astroinertia run star.toml "
+                       "--set body.particles=5000 --output runs/coarse",
+                       (add_scene, _add_run, choice.add_arguments, *running)),
         "warm": Command(_warm, "compile ahead what runs of a scene need", "star.toml --set body.particles=5000",
                         (add_scene,)),
         "resume": Command(_resume, "go on with an interrupted run, or with one that has ended and is to go further",
-                          f'runs/coarse --set "time.end=4 s". {stop.EXIT_CODES}', (_add_resume, *running)),
+                          f'{stop.EXIT_CODES}\nexample: astroinertia resume runs/coarse --set "time.end=4 s"',
+                          (_add_resume, *running)),
         "branch": Command(_branch, "start a run from a state of another one, with other effects or settings",
                           cli_branch.HELP, (cli_branch.add_arguments, stop.add_arguments)),
         "show": Command(_show, "print a summary of a result and draw its pictures", "runs/coarse",
                         (show.add_arguments,)),
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
-        "report": Command(_printing("report", reports.report), "tell all of a run in one HTML file: scene, pictures, "
+        "report": Command(_printing("report", reports.report), "describe a run in one HTML file: scene, pictures, "
                           "ledger, accuracy", "runs/coarse", (partial(reports.add_arguments, name="report"),)),
         "view": Command(_printing("view", reports.view), "show the body of a run to turn about, in one HTML file",
                         "runs/coarse", (partial(reports.add_arguments, name="view"),)),
@@ -170,8 +172,8 @@ def _commands() -> dict[str, Command]:
                             "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
         "sensitivity": Command(_sensitivity, "say how a run answers to keys of its scene: derivatives of every series",
                                cli_sensitivity.HELP, (cli_sensitivity.add_arguments, *running)),
-        "compare": Command(_printing("compare", compare.report), "lay several runs over each other: models of one "
-                           "scene, or costs of one model", compare.HELP, (compare.add_arguments,)),
+        "compare": Command(_printing("compare", compare.report), "compare several runs: models of one scene, or costs "
+                           "of one model", compare.HELP, (compare.add_arguments,)),
         "moments": Command(_printing("moments", moments.report), "print the inertia tensor of a particle table, a mesh "
                            "or a snapshot, and what follows from it", moments.HELP, (moments.add_arguments,)),
         "export": Command(_printing("export", export.report), "write a result in the format of another program",
@@ -182,7 +184,7 @@ def _commands() -> dict[str, Command]:
                               "the share of each companion", precession.HELP, (precession.add_arguments,)),
         "verify": Command(_verify, "check this installation against REBOUND, astropy and published values, in under a "
                           "minute", cli_verify.HELP, (cli_verify.add_arguments, hard.add_arguments)),
-        "calibrate": Command(_calibrate, "measure this machine, so that plans tell how long runs take",
+        "calibrate": Command(_calibrate, "measure this machine, so that plans predict how long runs take",
                              cli_calibrate.HELP),
         "guide": Command(_guide, "read the guide, page by page", "ledger", (cli_guide.add_arguments,)),
         "completion": Command(_completion, "print what a shell needs to complete commands, options and files",

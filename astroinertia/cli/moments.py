@@ -13,7 +13,7 @@ AXES = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 HELP = """\
 files:
   .csv .ecsv .npz .nc .h5   columns mass, x, y, z (or position, of three numbers a particle)
-  .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it tells its units
+  .hdf5                     also a snapshot of GADGET or SWIFT, of one type of particles; in SI if it states its units
   a dump of Phantom         whatever it is called; sinks count as points; needs the extra astroinertia[phantom]
   .stl .obj .ply .off       a closed mesh, homogeneous inside
   runs/NAME or its .nc      a snapshot of a run

@@ -32,7 +32,7 @@ more:
   astroinertia ratios --body Mars            moment ratios of the solar system, and cores that they allow
   astroinertia precession --body Saturn      how fast an axis precesses, and by which companion
   astroinertia verify                        every cross-check with its source: does this installation compute right?
-  astroinertia calibrate                     measure this machine, so that plans tell how long runs take
+  astroinertia calibrate                     measure this machine, so that plans predict how long runs take
   astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
   astroinertia run grid.toml --workers 4     a scene with [sweep]: many runs, and one dataset of all
   astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut

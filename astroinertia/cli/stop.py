@@ -15,13 +15,15 @@ from astroinertia.process.interrupts import LIMIT, Ended
 
 INTERRUPTED = 130
 
-EXIT_CODES = (
-    "Exit codes: 0, the run has ended and its file is written; 1, it failed; 2, bad input; 3, it has ended and its "
-    "file is written, but its ledger or its energy does not close within bounds, which it names; 130, it was stopped "
-    "before its end by Ctrl-C, SIGTERM, SIGUSR1 or --max-wall, everything is saved, and `astroinertia resume` goes on;"
-    " 128 + the number of the signal (130, 143, 138), it was ended at once, before the run had begun, or by another "
-    "signal a second after the first, before everything was saved."
-)
+EXIT_CODES = """\
+exit codes:
+  0        the run has ended, and its file is written
+  1        it failed
+  2        bad input
+  3        it has ended, and its file is written, but its ledger or its energy does not close within bounds
+  130      Ctrl-C, SIGTERM, SIGUSR1 or --max-wall stopped it; all is saved, and `astroinertia resume` goes on
+  128 + N  signal N ended it at once: before the run had begun, or by another signal a second after the first
+"""
 
 
 def add_arguments(add: Add) -> None:

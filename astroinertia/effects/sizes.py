@@ -47,11 +47,11 @@ def effect_size(measure: Measure | None, body: Characteristic, options: Options 
     values = {} if options is None else options
     missing += [name for name in measure.options if values.get(name) is None]
     if missing:
-        return _unknown(measure, f"the scene does not tell its {_called(missing[0], body)}")
+        return _unknown(measure, f"the scene does not state its {_called(missing[0], body)}")
     try:
         number, change = measure.function(body, values)
     except (TypeError, KeyError, ZeroDivisionError, OverflowError):  # options that contradict: said when it is built
-        return _unknown(measure, "its options do not tell")
+        return _unknown(measure, "its options do not say")
     return Size(measure.name, number, change, measure.formula, measure.source)
 
 

@@ -62,6 +62,8 @@ def dimensional(value: Any, dimension: str | Dimension, code: bool) -> float:
         except SceneError as error:
             raise ValueError(str(error)) from None
         return number(result, largest)
+    if isinstance(value, list | tuple | dict) and not code and dimension != "dimensionless":
+        raise ValueError(f"must be a single quantity, not {described(value)}: {plain_number_hint(dimension)}.")
     result = number(value, largest)
     if not code and dimension != "dimensionless":
         raise ValueError(f"must have a unit: {plain_number_hint(dimension)}.")

@@ -23,7 +23,7 @@ from astroinertia.scene.from_python import kind_of, text_of
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own import BODIES, MATTER, Given, by_door, door_of
 from astroinertia.scene.own_body import KEYS as OF_ANY_BODY, OwnBody
-from astroinertia.scene.problems import Problem, first_problem, nearest, place, unknown_key, wrong_choice
+from astroinertia.scene.problems import OF_THE_SCENE, Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.scales import refuse_extremes
 from astroinertia.scene.source import (
     LARGEST_FILE,
@@ -253,6 +253,9 @@ def _refuse_wrong_tables(tables: dict[str, Any], given: Given) -> None:
     if units is not None and units not in ("code", SI) and not isinstance(units, dict):
         raise Problem(("units",), f': must be "code", "SI" or a table with mass and length, not {described(units)}.')
     if "effects" not in tables:
+        for name, table in tables.items():
+            if isinstance(table, dict) and "effects" in table:
+                raise unknown_key((name, "effects"), (), OF_THE_SCENE)
         raise Problem(("effects",), " is missing (a table for each effect called for, such as [effects.gravity]).")
     automatic = tables["effects"] == AUTO
     if isinstance(tables["effects"], str) and not automatic:

@@ -11,7 +11,20 @@ from astroinertia.scene.dimensional import described
 from astroinertia.units import any_quantity, shown
 
 Path = tuple[str | int, ...]
-OTHER_WORDS = {"angular_velocity": "rate", "omega": "rate", "spin": "rate"}  # for keys, that are not spelt alike
+OTHER_WORDS = {  # for keys, that are not spelt alike: the first of them that is known where one stands
+    **dict.fromkeys(("angular_velocity", "omega", "spin"), ("rate", "rotation")),
+    **dict.fromkeys(("eos", "gas", "matter"), ("equation_of_state",)),
+    **dict.fromkeys(("stop", "duration", "t_end", "tmax"), ("end",)),
+    **dict.fromkeys(("every", "cadence", "interval"), ("series_every",)),
+    **dict.fromkeys(("N", "number", "resolution"), ("particles",)),
+    "n": ("index", "particles"),
+    "m": ("mass",),
+    "r": ("radius",),
+    "theta": ("force_error",),
+    **dict.fromkeys(("star", "planet"), ("body",)),
+}
+
+OF_THE_SCENE = "it is one of the scene itself: it stands above the first [table]."
 
 
 class Problem(Exception):
@@ -42,8 +55,9 @@ def _word(key: str) -> str:
 def nearest(key: str, names: Iterable[str]) -> str:
     """A hint at the nearest known key, or the list of all where none is near; it ends its sentence."""
     names = list(names)
-    if (word := OTHER_WORDS.get(key.lower())) in names:
-        return f"did you mean '{word}'?"
+    for word in OTHER_WORDS.get(key, OTHER_WORDS.get(key.lower(), ())):
+        if word in names:
+            return f"did you mean '{word}'?"
     close = difflib.get_close_matches(key.lower()[:64], names, n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
@@ -83,15 +97,19 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
     value, context = item.get("input"), item.get("ctx") or {}
     match item["type"]:
         case "extra_forbidden":
-            return unknown_key(loc, _fields(model, loc, kind, kinds), _other_kind(loc, kinds))
+            if _is_of_scene(model, loc):
+                return unknown_key(loc, (), OF_THE_SCENE)
+            elsewhere = _deeper(_model_at(model, loc[:-1], kind, kinds), loc) or _other_kind(loc, kinds)
+            return unknown_key(loc, _fields(model, loc, kind, kinds), elsewhere)
         case "missing" if isinstance(loc[-1], int):
             return Problem(loc[:-1], f": must be a longer list, for entry {loc[-1] + 1} is missing.")
         case "missing":
-            return Problem(loc, f" is missing{_meaning(model, loc, kind, kinds)}.")
+            return Problem(loc, f" is missing{_meaning(model, loc, kind, kinds)}.", table=loc == ("time",))
         case "union_tag_invalid" | "union_tag_not_found":
             path = (*loc, "kind")
             missing = item["type"].endswith("not_found")
-            return wrong_choice(path, None if missing else value.get("kind"), kinds[str(loc[0])], missing)
+            known = [kind for kind in kinds[str(loc[0])] if kind != "own"]
+            return wrong_choice(path, None if missing else value.get("kind"), known, missing)
         case "literal_error":
             field = _field(model, loc, kind, kinds)
             choices = _arguments(field.annotation) if field else []
@@ -131,6 +149,12 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
         case "too_short" | "too_long":
             return Problem(loc, f": must be a list with {_count(context)}, not with {context['actual_length']}.")
     return Problem(loc, f": {clause(item['msg'])}.")
+
+
+def _is_of_scene(scene: type[BaseModel], loc: Path) -> bool:
+    """Whether what stands in a table is a key of the scene itself, such as accuracy below [time]."""
+    field = scene.model_fields.get(str(loc[-1])) if len(loc) > 1 else None
+    return field is not None and bool(field.description)
 
 
 def _in_words(pattern: str) -> str:
@@ -208,6 +232,14 @@ def _field(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str,
 def _meaning(model: type[BaseModel], loc: Path, kind: str | None, kinds: dict[str, Any]) -> str:
     field = _field(model, loc, kind, kinds)
     return f" ({field.description})" if field is not None and field.description else ""
+
+
+def _deeper(at: type[BaseModel] | None, loc: Path) -> str:
+    """The table within this one that has such a key, as `rotation` of a body has `period`."""
+    for name, field in (at.model_fields if at else {}).items():
+        if any(_is_model(inner) and loc[-1] in inner.model_fields for inner in _arguments(field.annotation)):
+            return f"did you mean '{name}.{loc[-1]}'?"
+    return ""
 
 
 def _other_kind(loc: Path, kinds: dict[str, dict[str, type[BaseModel]]]) -> str:

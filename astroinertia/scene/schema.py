@@ -256,7 +256,7 @@ class Scene(Part, metaclass=_Called):
         default_factory=dict, description="quantities of your own, recorded beside the others, with their options"
     )
     numerics: Numerics = Field(default_factory=Numerics)
-    time: TimeSpan
+    time: TimeSpan = Field(description='when the run ends, such as end = "33 ms"')
     output: Output = Field(default_factory=Output)
     source: str = ""
     overrides: tuple[str, ...] = ()

@@ -87,7 +87,8 @@ def parse(text: str, name: str) -> dict[str, Any]:
         what, _, place = str(error).partition(" (at ")
         line = re.search(r"line (\d+), column (\d+)", place)
         where = f", line {line[1]}, column {line[2]}" if line else ""
-        raise SceneError(f"{name}{where}: this is not TOML ({clause(shown(what, 100))}).") from None
+        hint = '; text and quantities stand in quotes, as in mass = "1.4 Msun"' if what == "Invalid value" else ""
+        raise SceneError(f"{name}{where}: this is not TOML ({clause(shown(what, 100))}{hint}).") from None
     except RecursionError:
         raise SceneError(f"{name}: tables or lists are nested deeper than {DEEPEST} levels.") from None
     except ValueError as error:  # an integer too long to convert, a date that does not exist

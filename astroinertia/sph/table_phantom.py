@@ -119,7 +119,7 @@ def _masses(name: str, header: dict[str, Any], kinds: np.ndarray) -> np.ndarray:
     for kind in np.unique(kinds):
         particle_mass = header.get("massoftype" if kind == 1 else f"massoftype_{kind}")
         if particle_mass is None:
-            raise SceneError(f"{name} does not tell the mass of particles of type {kind}")
+            raise SceneError(f"{name} does not state the mass of particles of type {kind}")
         masses[kinds == kind] = float(particle_mass)
     return masses
 

@@ -27,7 +27,7 @@ class ProfileBody(Unknown, Stretched):
     )
     inner_mass: Mass | None = Field(default=None, description="take only what lies within this enclosed mass")
     rotation_factor: Annotated[Real, Field(ge=-1e6, le=1e6)] = Field(
-        default=1.0, description="shells turn about z at this many times the file's rate, where it tells one"
+        default=1.0, description="shells turn about z at this many times the file's rate, where it states one"
     )
     mean_molecular_weight: Annotated[Real, Field(gt=0.1, le=300.0)] | None = Field(
         default=None, description="of the ideal gas whose pressure is taken where a file has temperatures but none"
@@ -70,7 +70,7 @@ class ProfileBody(Unknown, Stretched):
             ("particles", f"{self.particles}"),
         ]
         if self.rotation is None and shells.angular_velocity is None:
-            lines.append(("shells turn", "no", "the file tells no rotation"))
+            lines.append(("shells turn", "no", "the file states no rotation"))
         elif self.rotation is None:
             mean = self.rotation_factor * shells.angular_momentum / shells.moment_of_inertia
             turn = f"about z, in the mean (L/I) at {mean:.6g} rad/s"

@@ -59,7 +59,17 @@ def test_help_teaches_with_examples(capsys):
 def test_every_command_has_an_example_that_parses(command, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
-    assert f"example: astroinertia {command} " in " ".join(capsys.readouterr().out.split())
+    helped = capsys.readouterr().out
+    assert f"example: astroinertia {command} " in " ".join(helped.split())
+    assert max(map(len, helped.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("command", ["run", "resume", "branch"])
+def test_exit_codes_have_a_line_each(command, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    lines = [line.split()[:1] for line in capsys.readouterr().out.partition("exit codes:\n")[2].splitlines()]
+    assert [word for line in lines[:6] for word in line] == ["0", "1", "2", "3", "130", "128"]
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_a_profile_without_pressure_is_in_balance_or_as_warm_as_it_says(tmp_path
     assert found.rotational == found.spin == 0.0
     warm = balls(tmp_path / "warm.csv", **{"u [J/kg]": np.full(400, 2e9)})
     assert characteristic(scene_of(file=warm)).triple_pressure == pytest.approx(mass * 2e9)
-    assert "tells no rotation" in plan(scene_of(file=warm)).text()
+    assert "states no rotation" in plan(scene_of(file=warm)).text()
 
 
 def test_a_scene_without_units_has_those_of_what_is_taken_of_the_star():
@@ -120,4 +120,4 @@ def test_what_is_missing_of_cold_matter_is_named(tmp_path):
     (tmp_path / "eos.csv").write_text("density,internal_energy,pressure\n" + "\n".join(rows))
     material = f'{{name="rock", file="{tmp_path}/eos.csv", reference_density="1 g/cm3"}}'
     text = plan(scene_of(f'equation_of_state={{kind="materials", materials=[{material}]}}')).text()
-    assert "does not tell its pressure" in text and "zone" not in text.replace("of one zone", "")
+    assert "does not state its pressure" in text and "zone" not in text.replace("of one zone", "")

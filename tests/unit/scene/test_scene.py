@@ -122,6 +122,11 @@ def test_what_runs_effects_is_not_imported_to_read_a_scene_and_to_plan_it():
         ("body.exponent=1", "belongs to the kind power_law"),
         ("body.rotation.t_over_v=0.1", "did you mean 't_over_w'"),
         ("body.rotation.angular_velocity='1 rad/s'", "did you mean 'rate'"),
+        ("body.spin='1 rad/s'", "did you mean 'rotation'"),
+        ("body.period='1 s'", "did you mean 'rotation.period'"),
+        ("body.N=500", "did you mean 'particles'"),
+        ("eos.kind='ideal'", "did you mean 'equation_of_state'"),
+        ("time.accuracy=1e-3", "it is one of the scene itself: it stands above the first [table]"),
     ],
 )
 def test_misspelt_words_name_the_nearest(override, hint):
@@ -194,6 +199,17 @@ def test_a_refusal_of_an_override_names_it():
 
 def test_an_unknown_key_is_reported_before_a_missing_one():
     assert "did you mean 'radius'" in refusal(text=SCENE.replace("radius =", "radios ="))
+    listed = SCENE.partition("[effects")[0] + "[time]\nend = '1 s'\neffects = 'auto'\n"
+    assert "[time] effects is not a known key; it is one of the scene itself" in refusal(text=listed)
+
+
+def test_a_refusal_says_what_to_write_instead():
+    assert '[time] is missing (when the run ends, such as end = "33 ms")' in refusal(text=SCENE.partition("[time]")[0])
+    assert 'not a list: write it as a string with its unit, for example "1.4 Msun"' in refusal('body.mass=["1 Msun"]')
+    unquoted = refusal(text=SCENE.replace('kind = "polytrope"', "kind = polytrope"))
+    assert 'text and quantities stand in quotes, as in mass = "1.4 Msun"' in unquoted
+    kinds = refusal(text=SCENE.replace('kind = "polytrope"\n', ""))
+    assert "it is one of polytrope, " in kinds and "own" not in kinds
 
 
 def test_overrides_are_typed_as_toml_or_taken_as_text():

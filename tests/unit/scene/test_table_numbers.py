@@ -58,7 +58,7 @@ def test_they_are_those_of_the_ball(tmp_path, spacing):
 
 def test_the_plan_of_a_table_says_how_large_effects_are(tmp_path):
     text = plan(scene(tmp_path, 0.25, '"SI"')).text()
-    assert "does not tell its mass" not in text and "does not tell its radius" not in text
+    assert "does not state its mass" not in text and "does not state its radius" not in text
     assert "|W| over 3 Pi + 2 T is" in text and "U/|W|" in text
 
 

@@ -81,7 +81,7 @@ def test_masses_are_those_of_the_types_and_of_a_type_that_is_alone(tmp_path):
     alone = written(tmp_path / "dust_00000", dump(header(masses, {}), gas([7] * COUNT), {}))
     assert read_body(alone, DIMENSIONLESS).mass.tolist() == [0.25] * COUNT
     unknown = written(tmp_path / "odd_00000", dump(header(), gas([9] * COUNT), {}))
-    with pytest.raises(SceneError, match="does not tell the mass of particles of type 9"):
+    with pytest.raises(SceneError, match="does not state the mass of particles of type 9"):
         read_table(unknown)
 
 
