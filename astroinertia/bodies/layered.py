@@ -238,6 +238,7 @@ def _stacked(concrete: bool, columns: Sequence[Array]) -> Array:
 def constant_layers(outer_radii: Array, densities: Array, gravitational_constant: Array = 1.0) -> LayeredBody:
     """The body of layers of constant density: outer radii (layers,) from the centre outwards, densities (layers,).
 
+    gravitational_constant: without it 1 for plain numbers, and that of SI where radii and densities have units.
     ValueError where radii do not ascend or a density is not positive. Checked by tests/unit/bodies/test_layered.py.
 
     >>> print(f"{float(constant_layers([0.5, 1.0], [2.0, 1.0]).moment_ratio):.6f}")  # (2/5)(1 + 1/32)/(1 + 1/8)

@@ -111,7 +111,7 @@ def _refused(sweep: "Sweep", numbers: Sequence[int]) -> dict[int, str]:
     if refused and len(refused) == len(sweep.members):
         number, sentence = next(iter(refused.items()))
         where = f"{member(number)}: {sweep.description(number)}"
-        raise SceneError(f"no member of the sweep can be: {sentence.removesuffix('.')} ({where}).")
+        raise SceneError(f"no member of the sweep can be run: {sentence.removesuffix('.')} ({where}).")
     return refused
 
 

@@ -27,6 +27,7 @@ from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.load import RECORD
 from astroinertia.scene.own import DOORS
 from astroinertia.scene.own_body import OwnBody
+from astroinertia.units import SOLAR_MASS
 
 ROOT = Path(__file__).parents[3]
 GUIDE = ROOT / "astroinertia" / "guide"
@@ -385,14 +386,30 @@ def test_gradients_that_the_page_of_sweeps_shows_are_what_it_says(tmp_path, monk
     assert len(shown) == 2 and capsys.readouterr().out == "38.9105 s\n"
 
 
+def test_the_star_that_the_page_of_collapse_writes_is_the_body_of_its_scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = SHOWN["collapse.md"]
+    (code,) = blocks(path, "python")[1:]
+    exec(compile(code, "collapse.md", "exec"), {})
+    core, star = (text for text in blocks(path, "toml") if 'mass = "1.5 Msun"' in text or "star.csv" in text)
+    whole = re.sub(r"\[body\].*?\n\n", lambda _: f"{star}\n", core, flags=re.DOTALL)
+    scene = astroinertia.Scene.from_toml(whole)
+    assert scene.body.shells(scene).mass[-1] == pytest.approx(1.5 * SOLAR_MASS, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatch):
     monkeypatch.chdir(workplace)
-    (code,) = [code for code in blocks(SHOWN["sweeps.md"], "python") if "Sobol" in code]
-    exec(
-        compile(code, "sweeps.md", "exec"),
-        {"astroinertia": astroinertia, "ds": astroinertia.open("runs/pulsar_births")},
-    )
+    ds = astroinertia.open("runs/pulsar_births")
+    shown = blocks(SHOWN["sweeps.md"], "python")
+    for mark in ("Sobol", "rungs"):
+        (code,) = [code for code in shown if mark in code]
+        exec(compile(code, "sweeps.md", "exec"), {"astroinertia": astroinertia, "ds": ds})
+    spins = ds.isel(body_index=0).assign(inertia_tensor_error=0.01 * ds.inertia_tensor.isel(body_index=0))
+    monkeypatch.setattr(astroinertia, "open", lambda path: spins)
+    (code,) = [code for code in shown if "errorbar" in code]
+    exec(compile(code, "sweeps.md", "exec"), space := {})
+    assert space["moment"].unit == space["error"].unit and (workplace / "moment.pdf").stat().st_size > 5000
 
 
 @pytest.mark.slow
@@ -406,7 +423,7 @@ def test_results_of_sweeps_that_pages_show_can_be_analysed(workplace, monkeypatc
         ),
         *(("inertia-toolbox.md", "import shapes", 1), ("inertia-toolbox.md", "mesh_field", 6)),
         *(("inertia-toolbox.md", "balancing", 3), ("inertia-toolbox.md", "realise", 2)),
-        ("precession.md", "frame_dragging", 5),
+        *(("precession.md", "frame_dragging", 5), ("moment-ratios.md", "resonant_obliquity", 7)),
     ],
 )
 def test_numbers_that_pages_show_come_out(name, mark, least):

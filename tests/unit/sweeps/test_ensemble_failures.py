@@ -63,7 +63,7 @@ def test_a_sweep_of_which_no_member_can_be_is_refused_before_anything(command, t
     assert main([command, str(file)]) == 2
     caught = capsys.readouterr()
     assert (
-        "no member of the sweep can be: [body] t_over_w of 0.2: no polytrope" in caught.err
+        "no member of the sweep can be run: [body] t_over_w of 0.2: no polytrope" in caught.err
         and "(member-0000: body" in caught.err
     )
     assert list(tmp_path.iterdir()) == [file]
