@@ -25,6 +25,7 @@ from astroinertia.scene.own import BODIES, MATTER, Given, by_door, door_of
 from astroinertia.scene.own_body import KEYS as OF_ANY_BODY, OwnBody
 from astroinertia.scene.problems import OF_THE_SCENE, Problem, first_problem, nearest, place, unknown_key, wrong_choice
 from astroinertia.scene.scales import refuse_extremes
+from astroinertia.scene.schema import RECORD
 from astroinertia.scene.source import (
     LARGEST_FILE,
     at_home,
@@ -41,9 +42,6 @@ from astroinertia.units import ALL_MODELS, quantity, shown
 
 SWEEP, SI = "sweep", "SI"
 """The table that makes several runs of a scene: scene.sweep."""
-# Fields of a Scene that say where it came from and why it is so; no keys of a scene.
-RECORD = (*schema.ORIGIN, "reasons", "choice", "own", "observed")
-
 
 BEFORE_CHOICE = 1000  # particles of a scene whose number is to be chosen, until it is
 KINDS: dict[str, dict[str, type[Any]]] = {

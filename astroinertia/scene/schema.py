@@ -6,6 +6,7 @@ entries of effects/catalogue.py.
 """
 
 from collections.abc import Callable, Mapping
+from inspect import Parameter, Signature
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -34,6 +35,7 @@ MOST_RECORDS = 1e6  # a record holds some hundreds of numbers
 MOST_SNAPSHOTS = 1e5
 MOST_STEPS = 1e10
 ORIGIN = ("source", "overrides", "origin")  # fields of a Scene that say where it came from
+RECORD = (*ORIGIN, "reasons", "choice", "own", "observed")  # and why it is so; no keys of a scene
 
 
 def _number_or_rising(value: Any) -> Any:
@@ -526,3 +528,13 @@ class Scene(Part, metaclass=_Called):
             raise ValueError("[box] cannot have regions, whose ledgers are about places.")
         if self.companions:
             raise ValueError("[box] cannot have companions, whose attraction has no end.")
+
+
+# What help and Tab show: the keys of a scene, without pages of types.
+Scene.__signature__ = Signature(
+    [
+        parameter.replace(annotation=Parameter.empty)
+        for name, parameter in Scene.__signature__.parameters.items()
+        if name not in RECORD
+    ]
+)

@@ -1,5 +1,6 @@
 """Scenes that are written in Python: they are those of files, value for value and sentence for sentence."""
 
+import inspect
 import re
 import tomllib
 from decimal import Decimal
@@ -291,3 +292,9 @@ def test_effects_and_bodies_of_ones_own_stand_in_the_tables(monkeypatch: pytest.
 
 def test_a_repr_of_a_scene_is_short() -> None:
     assert repr(loads(SCENE)) == "Scene(name='core', model='sph', effects=['gravity', 'pressure', 'damping'])"
+
+
+def test_help_and_tab_show_the_keys_of_a_scene() -> None:
+    keys = list(inspect.signature(astroinertia.Scene).parameters)
+    assert {"name", "body", "effects", "time", "output"} <= set(keys) and not {"source", "own", "choice"} & set(keys)
+    assert len(str(inspect.signature(astroinertia.Scene))) < 500
