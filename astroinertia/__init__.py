@@ -3,9 +3,9 @@
     astroinertia.Scene(body=..., effects=[...], time=...)  a scene from Python, validated as a file is
     astroinertia.run_scene(scene, folder, effects=[...])  run a Scene, a scene file or a dict, with effects of your own
                                            (and matter=..., observables=[...] and an initial body, body=...)
-    astroinertia.resume(folder)            go on with an interrupted run, or with one that is to go further
+    astroinertia.resume(folder)            continue an interrupted run, or a finished one to a later end
     astroinertia.branch(run, folder, at)   start a run from a state of another one, with other effects or settings
-    astroinertia.gradient(scene, of, by)   how a number of a run answers to keys of its scene, by differentiation
+    astroinertia.gradient(scene, of, by)   how a number of a run depends on keys of its scene, by differentiation
     astroinertia.load(path, settings)      a scene from a TOML file, validated
     astroinertia.open(path)                the headline series of a run, an xarray Dataset with the accessor `.inertia`
     astroinertia.open_tree(path)           the same with the snapshots, an xarray DataTree
@@ -128,30 +128,30 @@ def run_scene(
     every: Any = None,
     progress: bool | None = None,
 ) -> Path:
-    """Run a scene, that of a file or of a dict (as Scene takes it), in a new folder; returns the netCDF file of it.
+    """Run a scene (a Scene, a file, or a dict as Scene takes it) in a new folder; returns its netCDF file.
 
-    Where the scene asks for an accuracy, its settings are chosen first, by pilot runs in a folder beside. The members
-    of a file with [sweep] are run in so many worker processes (more than one are for scripts that are guarded by
-    `if __name__ == "__main__"`) or on a cluster of dask, and those in the folder that are finished are kept.
+    Where the scene asks for an accuracy, pilot runs in a folder beside choose its settings first. A file with [sweep]
+    runs its members in `workers` processes (more than one need a script that is guarded by
+    `if __name__ == "__main__"`) or on a cluster of dask; finished members in the folder are kept.
 
-    effects: of your own (astroinertia.effects), which act besides those that the scene lists; their numbers are in SI,
-    or in code units where the scene is, or text with a unit. The class of one stands for what the scene lists by its
-    kind. A plain function serves, too: of a state in SI (FluidState or RigidState of astroinertia.effects) to the
-    accelerations (N, 3) of particles, or to the torque (3,) on a rigid body. SceneError says where one is not as it
-    must be. matter: an equation of state of your own (astroinertia.matter) in place of the scene's, or the class of the
-    one that the scene names by its kind. observables: of your own (astroinertia.observables), recorded besides,
-    likewise. body: an initial body of your own (astroinertia.initial), likewise; of the scene's [body] stays what does
-    not depend on its kind.
+    effects: of your own (astroinertia.effects), which act besides those that the scene lists. Their numbers are in SI
+    (in code units where the scene is), or text with a unit. The class of an effect stands for what the scene lists by
+    its kind. A plain function serves, too: it takes a state in SI (FluidState or RigidState of astroinertia.effects),
+    and returns the accelerations (N, 3) of particles or the torque (3,) on a rigid body. SceneError names an effect
+    that is not as it must be. matter: an equation of state of your own (astroinertia.matter) in place of the scene's,
+    or the class of the one that the scene names by its kind. observables: of your own (astroinertia.observables), or
+    their classes, recorded besides. body: an initial body of your own (astroinertia.initial), or its class, in place of
+    the scene's; what does not depend on the kind of the scene's [body] stays.
 
-    callback: a function that is called with the state (run.state.RunState: time, positions, inertia_tensor,
+    callback: a function that gets the state (run.state.RunState: time, positions, inertia_tensor,
     ledger_closure and so on, in SI with units) at the start, at the end, and at each record of the series, or `every`
     so often: a time, such as "2 min" or 2 * u.min, or a whole number of steps. It comes at the first step at or past
     each (of models without particles at the first record), and changes nothing in the run. Where it returns
     False the run is saved and stopped, up to 15 steps later, its folder is returned, and `resume` goes on; what it
     raises comes out when the run is saved.
 
-    progress: whether to show how far it is; without it, where stderr is a terminal or in a notebook, unless a listener
-    is given.
+    progress: whether to show how far the run is; by default on a terminal and in a notebook, unless there is a
+    listener.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from astroinertia.scene.schema import Scene
 
 HELP = """\
-What passes over pairs, gravity, time steps, records, files and the start of a run take is measured in a minute on a
-quiet machine, and kept in the user's cache ($ASTROINERTIA_CACHE). Plans and runs then give wall times of this machine;
-until then they give those of a 2-core x86-64 machine. Other versions, or another machine, call for another calibration.
+The command measures how long passes over pairs, gravity, time steps, records, files and the start of a run take, in a
+minute on a quiet machine, and keeps that in the user's cache ($ASTROINERTIA_CACHE). Plans and runs then give wall
+times of this machine; until then they give those of a 2-core x86-64 machine. Other versions, or another machine, call
+for another calibration.
 
 example: astroinertia calibrate
          astroinertia plan star.toml

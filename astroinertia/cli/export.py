@@ -17,7 +17,7 @@ Numbers are those of the dataset, float64, in SI; those of GADGET's files are in
 masses and km/s, which its readers take for granted. Files of dimensionless runs are in code units, and say so.
 Particles stay about the origin: where a SWIFT file is to start a run of SWIFT, InitialConditions:shift moves them.
 Sinks and companions are in the headline series, not in snapshots. GADGET's and SWIFT's smoothing lengths follow their
-definitions; the h of this package stands beside them as KernelScale(s). What is there already is never overwritten.
+definitions; the h of this package stands beside them as KernelScale(s). Existing files are never overwritten.
 yt and pynbody open GADGET's files, and pynbody and swiftsimio SWIFT's, with units and time and without arguments.
 
 GADGET and SWIFT snapshots, these and others', are read as particle tables: by `astroinertia moments`, and by a scene's

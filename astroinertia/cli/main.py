@@ -156,7 +156,7 @@ def _commands() -> dict[str, Command]:
                        (add_scene, _add_run, choice.add_arguments, *running)),
         "warm": Command(_warm, "compile ahead what runs of a scene need", "star.toml --set body.particles=5000",
                         (add_scene,)),
-        "resume": Command(_resume, "go on with an interrupted run, or with one that has ended and is to go further",
+        "resume": Command(_resume, "continue an interrupted run, or a finished one to a later end",
                           f'{stop.EXIT_CODES}\nexample: astroinertia resume runs/coarse --set "time.end=4 s"',
                           (_add_resume, *running)),
         "branch": Command(_branch, "start a run from a state of another one, with other effects or settings",
@@ -166,11 +166,11 @@ def _commands() -> dict[str, Command]:
         "movie": Command(_movie, "film a run", movie.HELP, (movie.add_arguments,)),
         "report": Command(_printing("report", reports.report), "describe a run in one HTML file: scene, pictures, "
                           "ledger, accuracy", "runs/coarse", (partial(reports.add_arguments, name="report"),)),
-        "view": Command(_printing("view", reports.view), "show the body of a run to turn about, in one HTML file",
+        "view": Command(_printing("view", reports.view), "write the body of a run as one HTML file, to turn about",
                         "runs/coarse", (partial(reports.add_arguments, name="view"),)),
         "tradeoff": Command(_tradeoff, "run a scene over its accuracy knobs and say what accuracy costs in time",
                             "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
-        "sensitivity": Command(_sensitivity, "say how a run answers to keys of its scene: derivatives of every series",
+        "sensitivity": Command(_sensitivity, "say how a run depends on keys of its scene: derivatives of every series",
                                cli_sensitivity.HELP, (cli_sensitivity.add_arguments, *running)),
         "compare": Command(_printing("compare", compare.report), "compare several runs: models of one scene, or costs "
                            "of one model", compare.HELP, (compare.add_arguments,)),
@@ -194,7 +194,7 @@ def _commands() -> dict[str, Command]:
 
 def _add_run(add: Add) -> None:
     add("--output", type=Path, metavar="DIR", help="folder of the run, without another run in it (default: runs/NAME)")
-    add("--profile", action="store_true", help="time the parts of the run: for its file, and for show")
+    add("--profile", action="store_true", help="time the parts of the run, which `show` then prints")
 
 
 def _add_resume(add: Add) -> None:

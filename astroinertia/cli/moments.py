@@ -23,7 +23,7 @@ or for a mesh the radius of the sphere of the same volume, unless --radius gives
 --gravity-field has C_lm and S_lm of all degrees up to DEGREE about that point, with the same R, and J_l = -C_l0 not
 normalised; --normalization is 4pi (geodesy), ortho, schmidt or unnorm, without the phase of Condon and Shortley.
 POINT, R and RHO are in the units of the file; R and RHO may have their own, such as "2 g/cm3", where these are known.
-Where two moments are equal, their axes are undefined, and said to be.
+Axes of equal moments are undefined, and printed so.
 
 example: astroinertia moments particles.csv
          astroinertia moments particles.h5 --units Msun,Rsun --axis z --plot star.png

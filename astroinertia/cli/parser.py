@@ -35,8 +35,8 @@ more:
   astroinertia calibrate                     measure this machine, so that plans predict how long runs take
   astroinertia verify --hard                 eighty hard cases of particles, and what stable means for each
   astroinertia run grid.toml --workers 4     a scene with [sweep]: many runs, and one dataset of all
-  astroinertia resume runs/coarse            go on after Ctrl-C, a crash or a power cut
-  astroinertia resume runs/coarse --set "time.end=4 s"  and further than it was to go
+  astroinertia resume runs/coarse            continue after Ctrl-C, a crash or a power cut
+  astroinertia resume runs/coarse --set "time.end=4 s"  to a later end than it was to have
   astroinertia branch runs/coarse --at "1 s" --set ...  another run from a state of this one, with other effects
   astroinertia completion bash               what a shell needs to complete commands with the Tab key
   python -c "import xarray; print(xarray.open_dataset('runs/coarse/<name>.nc'))"
@@ -103,7 +103,7 @@ def _path(text: str) -> Path:
 def parser_of(commands: Mapping[str, Command], version: type[argparse.Action]) -> argparse.ArgumentParser:
     """The parser of all commands; what it finds has the function of the command as `command`."""
     parser = _Parser(prog="astroinertia", description=DESCRIPTION, epilog=EXAMPLES)
-    parser.add_argument("-V", "--version", action=version, nargs=0, help="the version, and those of what it stands on")
+    parser.add_argument("-V", "--version", action=version, nargs=0, help="its version, and those of the packages used")
     listed = parser.add_subparsers(metavar="COMMAND", required=True)
     for name, (action, text, end, arguments) in commands.items():
         epilog = end if "\n" in end else f"example: astroinertia {name} {end}"

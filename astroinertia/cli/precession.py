@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 HELP = """\
 The torque of a companion on the flattening of a spinning body turns its axis: the node of its equator goes back along
-the plane of its orbit. What is heavier than the body is what it goes around, and what is lighter goes around it: near
+the plane of its orbit. The body goes around heavier companions, and lighter ones go around it: near
 moons stay with the equator and add to its flattening, far ones act as the star does.
 
 --body takes all numbers of the planets but Mercury, and the companions that matter, from the package's

@@ -27,11 +27,11 @@ km, or has its unit: "7 g/cm3".
 The error of a core has two parts. One is that of the inputs, carried through. The other is the model's: what uniform
 layers leave out, which is estimated by compressing them by their own weight, and by a third layer.
 
-A planet of your own is said by --mass, --radius (the mean one) and, unless two of densities and core radius are, by
+A planet of your own is given by --mass, --radius (the mean one) and, unless two of densities and core radius are, by
 --moment-ratio; errors are standard deviations. A crust makes three layers of it.
 
 A sweep runs over values from START to STOP, COUNT of them, of core_density, mantle_density, core_radius, moment_ratio,
-mass or radius; several sweeps make a grid. What cannot be is NaN in the file.
+mass or radius; several sweeps make a grid. Values that no body can have are NaN in the file.
 
 example: astroinertia ratios --body Mars
          astroinertia ratios --body Mars --compressed

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def add_arguments(add: Add) -> None:
     """Add the options of `tradeoff`, beside those of every scene."""
     add("--minutes", type=minutes, default=5.0, metavar="M",
-        help="wall time to spend, at about; what was run before in the folder costs nothing (default: 5)")  # fmt: skip
+        help="wall time to spend; runs that the folder already has cost nothing (default: 5)")  # fmt: skip
     add("--observable", action="append", default=[], metavar="NAME",
         help='what is judged: a series of the dataset and its labels, as in "inertia_tensor z z", flattening, '
         '"frequency of inertia_tensor z z"; may be repeated (default: I_zz and the angular velocity at the '

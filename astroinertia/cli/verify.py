@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 WIDTH = 150  # columns of the table where the output is no terminal
 NARROW = 120  # columns below which the source goes under the quantity
 HELP = """\
-Every number in the column "here" is computed at the moment of asking, by the functions that runs and studies use. The
-references are in a cited table (data/verify.csv), or are computed beside, by REBOUND or astropy, where the source says
-so. The difference is relative (rel) or absolute (abs); an error or a drift has no reference and stays below its
-tolerance. Where a tolerance comes from, --json says: the digits printed, what a theory leaves out, or round-off.
+Every number in the column "here" is computed when the command runs, by the functions that runs and studies use. The
+references are in a cited table (data/verify.csv), or are computed by REBOUND or astropy, where the source says so. The
+difference is relative (rel) or absolute (abs); an error or a drift has no reference and stays below its tolerance.
+Where a tolerance comes from, --json says: the digits printed, what a theory leaves out, or round-off.
 
 The exit code is 1 if one verdict is not good.
 
