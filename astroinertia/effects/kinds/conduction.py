@@ -137,7 +137,7 @@ ENTRY = Entry(
     "neighbours", "Price 2008; Wadsley, Veeravalli & Couchman 2008", numerical=True, colour="orange",
     auto="touching", needs=("pressure",), limit_power=1.0 / 3.0, made=Conduction, rank=4,
     size=Measure(
-        "contacts of materials", "all where matter of different kinds meets; a device without a size of its own else",
+        "contacts of materials", "all where matter of different kinds meets; elsewhere it has no size of its own",
         "Price 2008", _size,
     ),
     gradients=lambda options: options["limiter"] != "none",
