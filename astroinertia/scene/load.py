@@ -271,8 +271,11 @@ def _validated(
     code, automatic = tables.get("units") == "code", tables["effects"] == AUTO
     table = "candidates" if automatic else "effects"
     listed = tables.get(table, {})
-    own = EFFECTS.known(listed if isinstance(listed, dict) else (), given[EFFECTS])
+    kinds = list(listed) if isinstance(listed, dict) else []
+    own = EFFECTS.known(kinds, given[EFFECTS])
     entries = {**CATALOGUE, **own}
+    if misplaced := [kind for kind in kinds if kind in KEYS and kind not in entries]:
+        raise unknown_key((table, misplaced[0]), (), OF_THE_SCENE)
     effects = effect_options(listed, code, table, entries)
     _check_model(tables.get("model", "sph"), effects, table, entries)
     _check_softening(effects, table, entries)

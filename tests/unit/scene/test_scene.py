@@ -126,6 +126,7 @@ def test_what_runs_effects_is_not_imported_to_read_a_scene_and_to_plan_it():
         ("body.period='1 s'", "did you mean 'rotation.period'"),
         ("body.N=500", "did you mean 'particles'"),
         ("eos.kind='ideal'", "did you mean 'equation_of_state'"),
+        ("effects.time='1 h'", "it is one of the scene itself: it stands above the first [table]"),
         ("time.accuracy=1e-3", "it is one of the scene itself: it stands above the first [table]"),
     ],
 )
