@@ -283,6 +283,14 @@ def test_commands_that_pages_show_exist(name, help_of, capsys):
             assert (ROOT / scene).exists()
 
 
+@pytest.mark.parametrize("path", [*SHOWN.values(), ROOT / "sims" / "README.md"], ids=lambda path: path.name)
+def test_every_setting_that_pages_show_has_its_own_option(path):
+    for shown in re.findall(r"`([^`]*--set [^`]*)`", path.read_text()):
+        words = shlex.split(shown)
+        settings = [word for word in words if re.match(r"[A-Za-z_]+(\.[a-z_]+)*=", word)]
+        assert len(settings) == words.count("--set"), shown
+
+
 def test_the_pages_show_commands_at_all():
     assert sum(len(commands(path)) for path in SHOWN.values()) > 40
 
