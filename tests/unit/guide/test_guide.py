@@ -451,6 +451,21 @@ def test_numbers_that_pages_show_come_out(name, mark, least):
     assert checked >= least
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("path", [*SHOWN.values(), ROOT / "sims" / "README.md"], ids=lambda path: path.name)
+def test_functions_that_pages_name_exist(path):
+    """Names with their room, such as `studies.core_collapse.core_collapse`."""
+    for name in set(re.findall(r"`([a-z_]+(?:\.\w+)+)[`(]", path.read_text())):
+        room, *parts = name.split(".")
+        if not (ROOT / "astroinertia" / room / "__init__.py").exists():
+            continue
+        thing = importlib.import_module(f"astroinertia.{room}")
+        for part in parts:
+            if not hasattr(thing, part):
+                importlib.import_module(f"{thing.__name__}.{part}")
+            thing = getattr(thing, part)
+
+
 def test_rooms_of_the_overview_exist():
     text = pages.page("overview").partition("## How the parts")[2]
     rooms = re.findall(r"^    ([a-z_]+)  +\S", text, re.MULTILINE)
