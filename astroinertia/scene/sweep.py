@@ -194,7 +194,10 @@ def _check_key(key: str, names: Sequence[str]) -> None:
     if not KEY.fullmatch(key):
         raise _Refused(key, "is no key of a scene, which is names joined by dots, such as body.mass.")
     if (first := key.split(".")[0]) not in names:
-        raise _Refused(key, f"is not a known key; {nearest(first, names)}")
+        hint = nearest(first, names)
+        if key == first and hint.startswith("known are"):
+            hint = "a key of a table has the table before it, as body.mass has."
+        raise _Refused(key, f"is not a known key; {hint}")
 
 
 def _of_grid(rules: Mapping[str, Any]) -> _Members:

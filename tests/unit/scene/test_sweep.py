@@ -140,6 +140,7 @@ def test_overrides_reach_members_and_the_sweep_itself():
         ('model = ["scaling", "sph"]', 'sph and ellipsoid need; for a perfect gas, it has kind = "ideal" (member-0001'),
         ("sampels = 3", "did you mean 'samples'"),
         ('bodi.mass = ["1 Msun"]', "is not a known key; did you mean 'bodies'"),
+        ("index = [1, 2]", "is not a known key; a key of a table has the table before it, as body.mass has"),
         ('name = ["a", "b"]', "line 4: [sweep] name cannot vary"),
         ('"body.mass" = ["1 Msun", "1 Msun"]', "twice"),
         ('"body.radius" = ["1 km", "1000 m"]', "has the value"),
