@@ -1,5 +1,6 @@
 """A run that goes on with a later end, or with other outputs: what its folder has of it from then on."""
 
+import math
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 
 from astroinertia.build.assemble import BRANCH, metadata
 from astroinertia.errors import ArchiveError, SceneError
-from astroinertia.scene.plan import Cadence, cadence, code_units
+from astroinertia.scene.plan import cadence, code_units
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 
@@ -16,18 +17,18 @@ _NEW = ("scene", "plan")  # of a run's description, what follows from what may b
 
 
 def go_on_with(
-    archive: Archive, scene: Scene, settings: Sequence[str], predicted: Mapping[str, Any], before: Cadence
+    archive: Archive, scene: Scene, settings: Sequence[str], predicted: Mapping[str, Any], before: Scene
 ) -> None:
     """Have a run of an open archive be one of another scene, which differs from its own by those settings.
 
-    before: when its outputs were so far.
+    before: its own.
 
     A run that had ended goes on from the checkpoint before its last one, for its last steps were those to its end, and
     its particles were not sorted there: what follows is that of a run that was to go so far from the start. With
     outputs at other times it goes on from its end, and keeps those that it has. SceneError where the run has come as
-    far already. Tests: tests/unit/run/test_extend.py.
+    far already, or its body has nothing left to evolve. Tests: tests/unit/run/test_extend.py.
     """
-    time, steps, ended = _reached(archive)
+    time, steps, measured = _reached(archive)
     units, end = code_units(scene), scene.time.end
     if not time < units.to_code(end, "time") * (1.0 - 1e-14):
         raise SceneError(
@@ -35,7 +36,10 @@ def go_on_with(
         )
     if scene.time.max_steps is not None and steps >= scene.time.max_steps:
         raise SceneError(f"the run has taken {steps} steps: time.max_steps must be more.")
-    described, reached = metadata(scene), f"time {scene.shown(units.to_si(time, 'time'), 'time')}"
+    reached = f"time {scene.shown(units.to_si(time, 'time'), 'time')}"
+    if (why := measured.get("ended_early")) and steps < (before.time.max_steps or math.inf):
+        raise SceneError(f"the run is over at {reached} and can go no further: {why}.")
+    described = metadata(scene)
     if BRANCH in archive.metadata:  # that of its whole scene is none of a branch
         predicted = {name: figure for name, figure in predicted.items() if name != "predicted_wall_time"}
     archive.change(
@@ -46,7 +50,7 @@ def go_on_with(
             archive.metadata,
             f"went on from {reached} with {' and '.join(settings)}",
         ),
-        back=ended and cadence(scene) == before,
+        back=bool(measured) and cadence(scene) == cadence(before),
     )
 
 
@@ -62,14 +66,14 @@ def _list(archive: Archive, name: str) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
-def _reached(archive: Archive) -> tuple[float, int, bool]:
-    """Time in code units and steps of the last checkpoint, and whether the run had ended there."""
+def _reached(archive: Archive) -> tuple[float, int, Mapping[str, Any]]:
+    """Time in code units and steps of the last checkpoint, and what was measured where the run had ended there."""
     stored = archive.read_checkpoint()
     if stored is None:
-        return 0.0, 0, False
+        return 0.0, 0, {}
     arrays, counters = stored
     time, steps = number_of(archive, arrays, ".time", "time"), number_of(archive, arrays, ".step", "steps")
-    return time, int(steps), counters.get("measured") is not None
+    return time, int(steps), counters.get("measured") or {}
 
 
 def number_of(archive: Archive, arrays: Mapping[str, np.ndarray], *names: str) -> float:

@@ -41,7 +41,6 @@ from astroinertia.run.extend import go_on_with
 from astroinertia.run.remaining import Pace
 from astroinertia.run.state import RunState
 from astroinertia.scene.changed import going_on
-from astroinertia.scene.plan import cadence
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive, final_name, refuse_if_taken
 from astroinertia.storage.outputs import Unwritten
@@ -198,7 +197,7 @@ def resume(
         scene = scene_of(opened, effects)
         if settings:
             hosts.must_be_alone("to go on with other settings")
-            before, scene = cadence(scene), going_on(scene, settings)
+            before, scene = scene, going_on(scene, settings)
             go_on_with(opened, scene, settings, predicted(scene), before)
         with computing(scene.numerics.devices):
             if hosts.is_first():

@@ -341,6 +341,8 @@ def test_a_run_whose_gas_is_accreted_ends_with_a_result_that_says_so(timesteps: 
     assert "Over before its end: all but 8 particles of the gas have been accreted." in plots.summary(series)
     written = file.read_bytes()
     assert main(["resume", str(tmp_path / "run")]) == 0
+    assert main(["resume", str(tmp_path / "run"), "--set", "time.end=60.0"]) == 2
+    assert "can go no further: all but 8 particles of the gas have been accreted." in capsys.readouterr().err
     assert file.read_bytes() == written
 
 
