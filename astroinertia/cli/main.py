@@ -89,8 +89,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _carried_out(arguments: Sequence[str] | None) -> int:
+    words = sys.argv[1:] if arguments is None else arguments
+    if hosts.left_to_the_first(words):
+        return GOOD
     try:
-        options = parser_of(_commands(), _Version).parse_args(arguments)
+        with hosts.parsed_alike(words):
+            options = parser_of(_commands(), _Version).parse_args(words)
         requirements.check()
         kept_programs.keep(cache_directory() / "jax")
         with stop.warnings_as_sentences(_complain), hosts.joined(options):

@@ -17,19 +17,11 @@ from astroinertia.engines.together import ALONE, Alone, Together
 from astroinertia.errors import SAID, RunInterrupted, SceneError
 from astroinertia.process.cores import cores
 from astroinertia.process.kept_programs import processor
+from astroinertia.process.starters import started
 
-_STARTERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")  # what Open MPI, and MPICH and Slurm's PMI, tell the processes
 _PATIENCE = 60.0  # seconds in which the others end as well where all do for the same reason
 _VERSIONS = ("astroinertia", "numpy", "scipy", "numba", "jax")
 _together: list[Together] = []  # while this process is one of several
-
-
-def started() -> int:
-    """How many processes MPI has started, this one among them; 1 without it."""
-    counts = [os.environ.get(name, "") for name in _STARTERS]
-    if "PMIX_RANK" in os.environ:
-        counts.append(os.environ.get("SLURM_STEP_NUM_TASKS", ""))
-    return max((int(count) for count in counts if count.isdecimal()), default=1)
 
 
 def together() -> Alone:

@@ -130,6 +130,17 @@ def test_what_several_processes_cannot_do_is_a_sentence(tmp_path):
     assert complaints.count("astroinertia: ") == 1 and "first process" not in complaints
 
 
+def test_what_is_said_of_arguments_and_plans_is_said_once(tmp_path):
+    scene = str(ROOT / "sims" / "core_to_pulsar_scaling.toml")
+    command = [mpiexec(), "-n", "2", sys.executable, "-m", "astroinertia"]
+    said, complaints = ended(begun([*command, "run", scene, "--outptu", str(tmp_path / "run")]), 2)
+    assert not said and complaints.count("unrecognized arguments: --outptu") == 1
+    said, _ = ended(begun([*command, "plan", scene]))
+    assert said.count("effects called for") == 1
+    said, complaints = ended(begun([*command, "plan", scene, "--set", "time.end=much"]), 2)
+    assert not said and complaints.count("[time] end") == 1
+
+
 def test_one_that_fails_by_itself_says_why_before_it_ends_the_others(tmp_path):
     text = "import sys; from astroinertia.engines import mpi; mpi._PATIENCE = 1.0\n"
     text += "from astroinertia.models.sph.evolution import Particles; from astroinertia.errors import NumericalError\n"
