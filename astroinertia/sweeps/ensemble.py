@@ -123,10 +123,13 @@ def resume(
 def left(sweep: Sweep, folder: Path) -> list[int]:
     """Numbers of the members that a sweep's folder, which may not be there yet, has left to run.
 
+    ArchiveError where the folder holds something else.
+
     >>> sweep = folders.read(Path("runs/sweep"))
     >>> print(left(sweep, Path("runs/sweep")), left(sweep, Path("runs/another")))
     [] [0, 1]
     """
+    folders.refuse_others(sweep, folder)
     return folders.waiting(folder, len(sweep.members))
 
 

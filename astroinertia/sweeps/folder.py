@@ -46,14 +46,22 @@ def describe(sweep: Sweep, folder: Path) -> None:
     ...     print(read(Path(folder)).members)
     ((1.5,), (3.0,))
     """
-    if not (folder / SWEEP).exists():
-        refuse_if_taken(folder, {"name": sweep.name})
+    refuse_others(sweep, folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ArchiveError(f"the folder {folder} cannot be made: {error.strerror or error}.") from error
     if not (folder / SWEEP).exists():
         write_json(folder / SWEEP, {"format": FORMAT, "version": VERSION, **_plain(sweep)})
+
+
+def refuse_others(sweep: Sweep, folder: Path) -> None:
+    """ArchiveError for a folder that holds something else than this sweep; it may not be there.
+
+    >>> refuse_others(read(Path("runs/sweep")), Path("runs/sweep"))
+    """
+    if not (folder / SWEEP).exists():
+        refuse_if_taken(folder, {"name": sweep.name})
     elif read(folder) != sweep:
         raise ArchiveError(f"{folder} already holds another sweep, or members of other values; choose another folder.")
 

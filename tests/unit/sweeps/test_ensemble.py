@@ -465,8 +465,12 @@ def test_the_result_is_the_file_that_the_folder_names(grid, tmp_path):
         astroinertia.open(place)
 
 
-def test_folders_are_not_mixed_up(grid, tmp_path):
+def test_folders_are_not_mixed_up(grid, tmp_path, capsys):
     place, _ = grid
+    (tmp_path / "other.toml").write_text(SCENE.replace("{sweep}", '"body.exponent" = [0.5, 1.0]'))
+    assert main(["run", str(tmp_path / "other.toml"), "--output", str(place)]) == 2
+    printed = capsys.readouterr()
+    assert not printed.out and "already holds another sweep" in printed.err
     with pytest.raises(ArchiveError, match="already holds another sweep"):
         ensemble.run_sweep(made('"body.exponent" = [0.5, 1.0]'), place)
     with pytest.raises(ArchiveError, match="already holds a sweep"):
