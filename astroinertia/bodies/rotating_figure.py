@@ -13,12 +13,15 @@ from astroinertia.bodies.figure_shapes import node_ranges
 from astroinertia.bodies.figure_solver import Solution, volume_integral
 from astroinertia.errors import NumericalError
 
+_SLOWEST = 1e-12  # m, whose J2 is known to a hundredth
+
 
 @dataclass(frozen=True, eq=False)
 class RotatingFigure(EquilibriumFigure):
     """A rotating body in equilibrium, in the units of its mass, mean radius and gravitational constant.
 
-    mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass.
+    mean_radius: of the sphere of equal volume. zonal_harmonics: J2, J4, ... with the equatorial radius and the mass,
+    to 1e-14: J2/m of a rotation as slow as m = 1e-10 is off by 1e-4.
     radius, density, enclosed_mass, pressure, level_flattening 1 - c/a (node): of the level surfaces, by mean radius,
     ascending; a jump of density has two nodes.
     mu (point) and shape (node, point): r/radius on each surface. harmonics: P_2 to P_(2 harmonics) shape the surfaces.
@@ -72,8 +75,8 @@ class RotatingFigure(EquilibriumFigure):
 
     @property
     def secular_love_number(self) -> float:
-        """k2 = 3 J2/q, the fluid Love number at this rate of rotation; NaN without rotation."""
-        return 3 * float(self.zonal_harmonics[0]) / self.rotation_parameter if self.small_m else math.nan
+        """k2 = 3 J2/q, the fluid Love number at this rate of rotation; NaN where it is so slow that J2 is round-off."""
+        return 3 * float(self.zonal_harmonics[0]) / self.rotation_parameter if self.small_m > _SLOWEST else math.nan
 
 
 def _pressures(solution: Solution, u: list[np.ndarray]) -> list[np.ndarray]:

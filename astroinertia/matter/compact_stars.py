@@ -29,6 +29,7 @@ from astroinertia.units import GRAVITATIONAL_CONSTANT, SOLAR_MASS, SPEED_OF_LIGH
 SOLAR_LENGTH = GRAVITATIONAL_CONSTANT * SOLAR_MASS / SPEED_OF_LIGHT**2  # m; 1.4766250 km
 _SOLAR_DENSITY = SOLAR_MASS / SOLAR_LENGTH**3  # kg m-3
 
+_QUANTITIES = ("rest_density", "pressure", "energy_density")
 _ROUNDING = 1e-13  # a value this close to that at an edge is the edge
 _BEYOND = 709.0  # ln of what numbers hold: the density of an almost isothermal gas grows past that at once
 _NEARER = 16.0  # by which a bound of eta comes down to the order of magnitude of the value looked for
@@ -46,8 +47,8 @@ READ_DENSITIES = (10**14.7, 10**15.0)  # g cm-3; the pressure p1 is that at the 
 class Piece(Protocol):
     """One smooth stretch of an equation of state."""
 
-    def at(self, enthalpy: float) -> tuple[float, float]:
-        """Rest-mass density and pressure at eta."""
+    def at(self, enthalpy: float) -> tuple[float, float, float]:
+        """Rest-mass density, pressure and energy density at eta."""
         ...
 
     def sound_speed_squared(self, enthalpy: float) -> float:
@@ -64,11 +65,12 @@ class PowerLaw:
     offset: float
     index: float
 
-    def at(self, enthalpy: float) -> tuple[float, float]:
-        """Rest-mass density and pressure at eta."""
+    def at(self, enthalpy: float) -> tuple[float, float, float]:
+        """Rest-mass density, pressure and energy density at eta."""
         depth = enthalpy - self.offset
         density = self.density * (depth / self.scale) ** self.index
-        return density, density * depth / (self.index + 1)
+        pressure = density * depth / (self.index + 1)
+        return density, pressure, density * (1 + self.offset) + self.index * pressure
 
     def sound_speed_squared(self, enthalpy: float) -> float:
         """Return dP/de at eta, in c^2; infinite for constant density."""
@@ -83,11 +85,11 @@ class EnergyPowerLaw:
     constant: float
     index: float
 
-    def at(self, enthalpy: float) -> tuple[float, float]:
-        """Rest-mass density and pressure at eta."""
+    def at(self, enthalpy: float) -> tuple[float, float, float]:
+        """Rest-mass density, pressure and energy density at eta."""
         ratio = math.expm1(math.log1p(enthalpy) / (self.index + 1))  # P/e
         energy = (ratio / self.constant) ** self.index
-        return energy * (1 + ratio) / (1 + enthalpy), energy * ratio
+        return energy * (1 + ratio) / (1 + enthalpy), energy * ratio, energy
 
     def sound_speed_squared(self, enthalpy: float) -> float:
         """Return dP/de at eta, in c^2."""
@@ -122,9 +124,9 @@ class Barotrope:
     def _values(self, enthalpy) -> np.ndarray:
         flat = np.atleast_1d(np.asarray(enthalpy, dtype=float))
         values = np.array([self._at(float(value)) for value in flat.ravel()])
-        return values.T.reshape(2, *np.shape(enthalpy))
+        return values.T.reshape(3, *np.shape(enthalpy))
 
-    def _at(self, enthalpy: float) -> tuple[float, float]:
+    def _at(self, enthalpy: float) -> tuple[float, float, float]:
         with suppress(OverflowError, ZeroDivisionError):
             values = self.piece_at(enthalpy).at(enthalpy)
             if all(map(math.isfinite, values)):
@@ -143,8 +145,7 @@ class Barotrope:
 
     def energy_density(self, enthalpy) -> np.ndarray:
         """e = rho0 (1 + eta) - P at eta, of the same shape."""
-        density, pressure = self._values(enthalpy)
-        return density * (1 + np.asarray(enthalpy)) - pressure
+        return self._values(enthalpy)[2]
 
     def sound_speed_squared(self, enthalpy) -> np.ndarray:
         """dP/de at eta, in c^2, of the same shape."""
@@ -167,22 +168,16 @@ class Barotrope:
         ValueError above the largest value, inside a jump of density, for a value that is not positive, and where eta
         is none that numbers hold.
         """
-        if quantity not in ("rest_density", "pressure", "energy_density"):
+        if quantity not in _QUANTITIES:
             raise ValueError(f"eta follows from rest_density, pressure or energy_density, not from {quantity!r}")
         require_positive(**{f"the central {quantity}": value})
 
         def excess(enthalpy: float, piece: Piece) -> float:
             """The logarithm of the quantity over the value, or how far numbers go."""
             try:
-                density, pressure = piece.at(enthalpy)
+                ratio = float(piece.at(enthalpy)[_QUANTITIES.index(quantity)]) / float(value)
             except (OverflowError, ZeroDivisionError):
                 return _BEYOND
-            quantities = {
-                "rest_density": density,
-                "pressure": pressure,
-                "energy_density": density * (1 + enthalpy) - pressure,
-            }
-            ratio = float(quantities[quantity]) / float(value)
             if not math.isfinite(ratio):
                 return _BEYOND
             return math.log(ratio) if ratio > 0 else -_BEYOND

@@ -52,10 +52,11 @@ class TablePiece:
         slope = (left + s * (2 * second + 3 * s * third)) / width
         return math.exp(value), slope, (2 * second + 6 * s * third) / width**2
 
-    def at(self, enthalpy: float) -> tuple[float, float]:
-        """Rest-mass density and pressure at eta."""
+    def at(self, enthalpy: float) -> tuple[float, float, float]:
+        """Rest-mass density, pressure and energy density at eta."""
         pressure, slope, _ = self._cubic(enthalpy)
-        return pressure * slope / enthalpy, pressure
+        density = pressure * slope / enthalpy
+        return density, pressure, density * (1 + enthalpy) - pressure
 
     def sound_speed_squared(self, enthalpy: float) -> float:
         """Return dP/de at eta, in c^2."""

@@ -26,11 +26,12 @@ class DegenerateElectrons:
     density: float
     scale: float
 
-    def at(self, enthalpy: float) -> tuple[float, float]:
-        """Rest-mass density and pressure at eta."""
+    def at(self, enthalpy: float) -> tuple[float, float, float]:
+        """Rest-mass density, pressure and energy density at eta."""
         kinetic = enthalpy / self.scale
         x = math.sqrt(kinetic * (kinetic + 2))
-        return self.density * x**3, 3 * self.density * self.scale * _pressure(x)
+        density, pressure = self.density * x**3, 3 * self.density * self.scale * _pressure(x)
+        return density, pressure, density * (1 + enthalpy) - pressure
 
     def sound_speed_squared(self, enthalpy: float) -> float:
         """Return dP/de at eta, in c^2."""

@@ -205,6 +205,16 @@ def test_a_split_layer_changes_nothing():
     assert split.polar_moment == pytest.approx(whole.polar_moment, rel=1e-12)
 
 
+def test_what_a_slow_rotation_leaves_of_j2_is_as_good_as_said():
+    """Of n = 1 J2/m is 5/pi^2 - 1/3 without limit."""
+    slow, slower, round_off = (figure_of_polytrope(1.0, small_m=m) for m in (1e-6, 1e-10, 1e-14))
+    limit = 5 / math.pi**2 - 1 / 3
+    assert slow.zonal_harmonics[0] / 1e-6 == pytest.approx(limit, rel=1e-6)
+    assert slower.zonal_harmonics[0] / 1e-10 == pytest.approx(limit, rel=1e-4)
+    assert slower.secular_love_number == pytest.approx(3 * limit, rel=1e-4)
+    assert math.isnan(round_off.secular_love_number)
+
+
 def test_the_radius_follows_from_mass_and_laws():
     """K = 2 pi G R^2/pi^2 without rotation for n = 1, whatever the mass; a faster body is larger."""
     law = PolytropicLaw(1.0, constant=2 * 6.0 / math.pi * 0.25)  # R = 0.5 with G = 6

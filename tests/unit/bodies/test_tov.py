@@ -11,7 +11,13 @@ import pytest
 from astroinertia.bodies.polytrope import Polytrope, lane_emden, polytrope_radius
 from astroinertia.bodies.tov import structure
 from astroinertia.errors import NumericalError
-from astroinertia.matter.compact_stars import SOLAR_LENGTH, constant_density, piecewise_polytrope, polytrope
+from astroinertia.matter.compact_stars import (
+    SOLAR_LENGTH,
+    constant_density,
+    energy_polytrope,
+    piecewise_polytrope,
+    polytrope,
+)
 
 REFERENCE = [
     entry
@@ -48,6 +54,21 @@ def test_schwarzschild_interior(compactness):
     if compactness > 1e-3:
         volume = 1.5 / x**3 * (math.asin(x) - x * root)
         assert star.rest_mass / star.mass == pytest.approx(volume, rel=2e-11)
+
+
+@pytest.mark.parametrize("pressure", [1e6, 1e12, 1e20])
+def test_a_star_of_constant_density_and_any_pressure_comes_up_to_buchdahls_limit(pressure):
+    """P/e = (1 - s)/(3 s - 1) with s^2 = 1 - 2 M/R (Schwarzschild 1916): s falls to 1/3, and M/R is 4/9."""
+    equation = constant_density(1e-3)
+    assert equation.energy_density(pressure) == pytest.approx(1e-3, rel=1e-15)
+    root = (1 + pressure) / (1 + 3 * pressure)
+    assert structure(equation, pressure).compactness == pytest.approx((1 - root**2) / 2, rel=1e-11)
+
+
+@pytest.mark.slow
+def test_a_star_whose_surface_is_never_reached_is_refused_in_finite_time():
+    with pytest.raises(NumericalError, match="no surface that can be found"):
+        structure(energy_polytrope(100.0, 1.01), 1e100)
 
 
 @pytest.mark.parametrize("index", [0.3, 1.0, 1.5, 2.3, 3.0, 4.0, 4.5])
@@ -111,7 +132,7 @@ def test_refusals():
     equation = polytrope(100.0, 2.0)
     with pytest.raises(ValueError, match="central_enthalpy must be positive"):
         structure(equation, -0.1)
-    for matter, enthalpy in ((equation, 1e-300), (polytrope(1.0, 1.001), 0.3), (constant_density(1e-3), 1e12)):
+    for matter, enthalpy in ((equation, 1e-300), (polytrope(1.0, 1.001), 0.3)):
         with pytest.raises(NumericalError, match="lie beyond the digits of numbers"):
             structure(matter, enthalpy)
     with pytest.raises(ValueError, match="its pressure is beyond what numbers hold"):

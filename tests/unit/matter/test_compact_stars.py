@@ -61,6 +61,16 @@ def test_a_polytrope_is_its_formula():
     np.testing.assert_allclose(EQUATIONS[2].pressure(eta), 30.0 * energy**1.8, rtol=1e-13)
 
 
+def test_energies_of_large_enthalpies_keep_their_digits():
+    """P is all but rho0 (1 + eta), as that of a stiff gas is."""
+    eta = np.array([1e8, 1e12])
+    stiff, tooper = polytrope(100.0, 1e6), energy_polytrope(30.0, 1.8)
+    np.testing.assert_allclose(
+        stiff.energy_density(eta), stiff.rest_density(eta) + stiff.pressure(eta) / (1e6 - 1), rtol=1e-13
+    )
+    np.testing.assert_allclose(tooper.pressure(eta), 30.0 * tooper.energy_density(eta) ** 1.8, rtol=1e-13)
+
+
 @pytest.mark.parametrize(("constant", "gamma"), [(1e-3, 1.001), (100.0, 1.001), (100.0, 1.005), (1e5, 1.02)])
 def test_a_polytrope_of_almost_one_temperature_is_its_formula(constant, gamma):
     """K^n and (n + 1)^-n, which such an index takes beyond the numbers, are not asked for."""
@@ -86,7 +96,7 @@ def test_pieces_meet_and_jumps_are_those_asked_for():
     for edge, low, high, jump in zip(
         JUMPING.edges[1:-1], JUMPING.pieces[:-1], JUMPING.pieces[1:], [1.4, 1.2], strict=True
     ):
-        (outer, pressure), (inner, same) = low.at(edge), high.at(edge)
+        (outer, pressure, _), (inner, same, _) = low.at(edge), high.at(edge)
         assert inner / outer == pytest.approx(jump, rel=1e-13)
         assert pressure == pytest.approx(same, rel=1e-13)
     # each piece has its own gamma, and the dividing densities are those at the foot of each jump
