@@ -53,6 +53,8 @@ _DIMENSIONS = (
 COLUMNS = Columns("particle table", REQUIRED, OPTIONAL + PASSED_OVER, MAX_PARTICLES, _ALIASES, _DIMENSIONS)
 SI, UNKNOWN = "SI", "unknown"
 
+_OF_SERIES = b"time ["  # how those of a run begin (interop/tables.py), and no table of particles
+
 
 @dataclass(frozen=True)
 class Table:
@@ -87,6 +89,11 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, (*_READERS, *beside))
     suffix = suffix_of(path)
+    if suffix == ".csv" and path.open("rb").read(len(_OF_SERIES)) == _OF_SERIES:
+        raise SceneError(
+            f"{path} has the headline series of a run, as `astroinertia export RUN --to csv` writes them, and no "
+            "particles; with --snapshot last it writes a particle table. `astroinertia show` is for the run itself"
+        )
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
         columns, own, note = snapshot

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from astroinertia import dataset
 from astroinertia.cli.main import main
-from astroinertia.errors import ArchiveError, SceneWarning
+from astroinertia.errors import ArchiveError, SceneError, SceneWarning
 from astroinertia.interop import swift
 from astroinertia.interop.export import FORMATS, SNAPSHOT_FORMATS, export
 from astroinertia.interop.snapshots import snapshots_of
@@ -270,6 +270,8 @@ def test_paraview_files_hold_every_bit_and_their_times(run, one, tmp_path):
 
 def test_the_headline_series_as_flat_columns(run, tmp_path):
     (path,) = export(run, "csv", output=tmp_path / "series.csv")
+    with pytest.raises(SceneError, match="headline series of a run.*; with --snapshot last it writes a particle table"):
+        read_matter(path)
     with path.open(newline="") as stream:
         names, *rows = csv.reader(stream)
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
