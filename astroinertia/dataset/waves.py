@@ -5,8 +5,8 @@ With A = d2Q/dt2, which every record has in closed form, and A' its derivative (
     dE/dt = G/(5 c^5) A'_ij A'_ij    dL_i/dt = 2 G/(5 c^5) eps_ijk A_jl A'_kl    dE/df = 2 G/(5 c^5) |A'_ij(f)|^2,
 
 all without their traces. Of 12 records a period of the waves, the luminosity is within 1e-5, and 7e-3 at the ends of
-the record; of 24, within 2e-7 and 2e-4. Sources: Misner, Thorne & Wheeler (1973), Gravitation, eqs. 36.23 and 36.24; the
-spectrum by Parseval's theorem; h_char by Flanagan & Hughes (1998, Physical Review D 57, 4535, eq. 5.1). Tests:
+the record; of 24, within 2e-7 and 2e-4. Sources: Misner, Thorne & Wheeler (1973), Gravitation, eqs. 36.23 and 36.24;
+the spectrum by Parseval's theorem; h_char by Flanagan & Hughes (1998, Physical Review D 57, 4535, eq. 5.1). Tests:
 tests/unit/dataset/test_waves.py.
 """
 

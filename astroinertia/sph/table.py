@@ -89,11 +89,8 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, (*_READERS, *beside))
     suffix = suffix_of(path)
-    if suffix == ".csv" and path.open("rb").read(len(_OF_SERIES)) == _OF_SERIES:
-        raise SceneError(
-            f"{path} has the headline series of a run, as `astroinertia export RUN --to csv` writes them, and no "
-            "particles; with --snapshot last it writes a particle table. `astroinertia show` is for the run itself"
-        )
+    if suffix == ".csv":
+        _refuse_series(path)
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
         columns, own, note = snapshot
@@ -103,6 +100,15 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         reader = partial(_netcdf, group=place)
     columns, stated = reader(path, COLUMNS)
     return replace(_checked(path, columns, fewest, None, False), units=SI if stated else None)
+
+
+def _refuse_series(path: Path) -> None:
+    with path.open("rb") as file:
+        if file.read(len(_OF_SERIES)) == _OF_SERIES:
+            raise SceneError(
+                f"{path} has the headline series of a run, as `astroinertia export RUN --to csv` writes them, and no "
+                "particles; with --snapshot last it writes a particle table. `astroinertia show` is for the run itself"
+            )
 
 
 def read_body(path: str | Path, units: CodeUnits, velocity_unit: float | None = None) -> Table:
