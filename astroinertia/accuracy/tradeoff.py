@@ -19,7 +19,7 @@ from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
 from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.schema import Scene
-from astroinertia.storage.atomic import read_json, write_json
+from astroinertia.storage.atomic import made_folder, read_json, write_json
 from astroinertia.storage.cache import content_key
 
 DEFAULT_MINUTES = 5.0
@@ -67,7 +67,7 @@ def carry_out(
     chosen_observables = tuple(parsed(name, scene.observables) for name in (observables or default_names(scene)))
     chosen = _chosen(all_knobs, only)
     study = _Study(scene, chosen, chosen_observables, folder, 60.0 * minutes, listener)
-    folder.mkdir(parents=True, exist_ok=True)
+    made_folder(folder)
     try:
         study.run()
     except RunInterrupted:

@@ -31,6 +31,7 @@ def view(options: Options) -> str:
 
 
 def _written(options: Options, name: str, write: Callable[..., Any]) -> tuple[Path, int]:
+    result.must_be_writable(options.output, ".html")
     run, opened = result.of_one_run(options.run, options.member, name)
     path = options.output or result.place_beside(run) / f"{name}.html"
     with result.shown(run):

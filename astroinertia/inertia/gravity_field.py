@@ -358,8 +358,10 @@ def _scale(degree: int) -> np.ndarray:
 
 def _convention(degree: int, normalization: str, csphase: int) -> np.ndarray:
     """A "4pi" coefficient over that of a convention, (L + 1, L + 1)."""
-    if normalization not in NORMALIZATIONS or csphase not in (1, -1):
-        raise ValueError(f"normalization must be one of {', '.join(NORMALIZATIONS)}, and csphase 1 or -1")
+    if normalization not in NORMALIZATIONS:
+        raise ValueError(f"normalization must be one of {', '.join(NORMALIZATIONS)}, not {normalization!r:.40}")
+    if csphase not in (1, -1):
+        raise ValueError(f"csphase must be 1 or -1, not {csphase!r:.40}")
     less, more = _orders(degree)
     n, m = np.indices(less.shape)
     schmidt = np.sqrt(1 / (2 * n + 1.0))

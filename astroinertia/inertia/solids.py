@@ -88,13 +88,18 @@ def thick_spherical_layer(mass: Array, outer_radius: Array, inner_radius: Array)
 def layered_sphere(masses: Array, outer_radii: Array) -> Body:
     """Homogeneous concentric layers, from the middle out: masses (..., n) and outer radii (..., n).
 
-    I is the sum of those of the layers, each between its own radius and the one before. Radii that do not grow outwards
-    are a ValueError. Source: `thick_spherical_layer`.
+    I is the sum of those of the layers, each between its own radius and the one before. Radii that do not grow
+    outwards, no layer, and other numbers of masses than of radii are a ValueError. Source: `thick_spherical_layer`.
 
     >>> print(f"{layered_sphere((1.0, 7.0), (1.0, 2.0)).inertia[2, 2]:.4f}")  # of one density: (2/5) 8 2^2
     12.8000
     """
     xp, masses, radii = checked_points(masses, outer_radii, (None,), "the outer radii of layers")
+    if not radii.shape[-1] or masses.shape[-1:] != radii.shape[-1:]:
+        raise ValueError(
+            f"layers are one or more, each with a mass and an outer radius; here masses are of shape {masses.shape} "
+            f"and outer radii of shape {radii.shape}"
+        )
     inner = xp.concatenate([xp.zeros_like(radii[..., :1]), radii[..., :-1]], axis=-1)
     refuse(inner >= radii, "the outer radii of layers must be positive and grow outwards")
     _, (masses, outer, inner) = checked(masses, ("inner_radius",), outer_radius=radii, inner_radius=inner)

@@ -21,6 +21,7 @@ from astroinertia.plots.spin import spin_figure
 from astroinertia.plots.standard import standard_figure
 from astroinertia.plots.style import save
 from astroinertia.plots.waves import waves_figure
+from astroinertia.storage.atomic import made_folder
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "inertia": inertia_figure,
@@ -90,8 +91,7 @@ def write_all(
     ...     print(len(write_all(ds, folder)), "pictures")
     9 pictures
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = made_folder(Path(folder))
     return [save(figure, folder / f"{name}.png") for name, figure in figures(dataset, snapshots, only)]
 
 

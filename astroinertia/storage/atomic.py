@@ -196,6 +196,16 @@ def _parsed(content: bytes) -> Any:
     return value
 
 
+def made_folder(folder: Path) -> Path:
+    """A folder of the user's choice, made where it is not there; ArchiveError where it cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = "it is a file" if folder.is_file() else error.strerror or error
+        raise ArchiveError(f"the folder {folder} cannot be made: {why}.") from error
+    return folder
+
+
 def own_folder(folder: Path, *names: str) -> Path:
     """The folder that lies below another along the names; ArchiveError where one of them is a link, or no folder.
 

@@ -21,7 +21,7 @@ from astroinertia.scene.sweep import GRID, Sweep, member
 from astroinertia.scene.sweep_values import MOST_MEMBERS, coordinate
 from astroinertia.storage import trailer
 from astroinertia.storage.archive import MANIFEST, SWEEP, Archive, refuse_if_taken
-from astroinertia.storage.atomic import own_folder, read_json, write_json
+from astroinertia.storage.atomic import made_folder, own_folder, read_json, write_json
 from astroinertia.storage.bounded import plain_text
 from astroinertia.storage.manifest import FAILURE
 
@@ -47,10 +47,7 @@ def describe(sweep: Sweep, folder: Path) -> None:
     ((1.5,), (3.0,))
     """
     refuse_others(sweep, folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArchiveError(f"the folder {folder} cannot be made: {error.strerror or error}.") from error
+    made_folder(folder)
     if not (folder / SWEEP).exists():
         write_json(folder / SWEEP, {"format": FORMAT, "version": VERSION, **_plain(sweep)})
 

@@ -15,7 +15,7 @@ from astroinertia.accuracy.measuring import Measured
 from astroinertia.accuracy.selected_observables import parsed
 from astroinertia.accuracy.tradeoff import carry_out
 from astroinertia.cli.main import main
-from astroinertia.errors import NumericalError, RunInterrupted, SceneError
+from astroinertia.errors import ArchiveError, NumericalError, RunInterrupted, SceneError
 from astroinertia.plots.tradeoff import tradeoff_figure
 from astroinertia.scene import load
 from tests.sims import SIMS
@@ -158,6 +158,12 @@ def test_words_name_whose_error_it_is_and_the_cost_of_a_digit(whole):
     (first,) = re.findall(r"particles 2000, in (\d+) ms", text)
     (then,) = re.findall(r"the next digit costs \S+ times: particles \S+, (\d+) s", text)
     assert float(then) == pytest.approx(factor * float(first) / 1000.0, rel=0.05)  # of processor time, both
+
+
+def test_a_file_where_the_folder_should_be_is_bad_input(formula, tmp_path):
+    (tmp_path / "taken").touch()
+    with pytest.raises(ArchiveError, match=r"the folder .*taken cannot be made: it is a file"):
+        study(tmp_path / "taken")
 
 
 def test_what_was_run_is_not_run_again(formula, tmp_path):

@@ -87,6 +87,23 @@ def test_the_command_knows_the_pictures_of_particles_without_importing_what_draw
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("command", "output", "sentence"), [
+    ("show", "taken", "the folder taken cannot be made: it is a file"),
+    ("report", "page.txt", "page.txt cannot be written: it must be a .html file in a folder that is there"),
+    ("view", "taken", "taken cannot be written: it must be a .html file in a folder that is there"),
+])  # fmt: skip
+def test_what_is_no_place_for_a_picture_or_a_page_is_refused(
+    command, output, sentence, run, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(show, "cores", lambda: 1)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").touch()
+    capsys.readouterr()
+    assert main([command, str(run), "--output", output]) == 2
+    assert capsys.readouterr().err == f"astroinertia: {sentence}.\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"] and not (tmp_path / "taken").read_bytes()
+
+
 @pytest.mark.parametrize("options", [["--only", "spin"], ["--output", "pictures"]])
 def test_options_of_pictures_are_not_for_a_whole_sweep(options, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -288,8 +288,9 @@ PLAIN = GravityField(1.0, 1.0, ellipsoid_field(1.0, (1.0, 1.0, 0.9), 2, 1.0).coe
         (lambda: gravity_field(np.zeros((3, 3)), 1.0, 1.0), "coefficients must be finite numbers of the shape (2,"),
         (
             lambda: gravity_field(np.zeros((2, 3, 3)), 1.0, 1.0, "full"),
-            "normalization must be one of 4pi, ortho, schmid",
+            "normalization must be one of 4pi, ortho, schmidt, unnorm, not 'full'",
         ),
+        (lambda: PLAIN.normalized(csphase=0), "csphase must be 1 or -1, not 0"),
         (lambda: PLAIN + PLAIN.with_radius(2.0), "fields that are added need one reference radius"),
         (lambda: PLAIN.rotated(2 * np.eye(3)), "a rotation matrix must be orthogonal"),
         (lambda: PLAIN.inertia_tensor(), "give either polar_moment_ratio or trace"),

@@ -275,6 +275,11 @@ def test_layers_of_a_sphere_add_up_and_hollows_are_holes():
     apart = shapes.solid_sphere(1.0, 1.0).inertia - shapes.thick_spherical_layer(1.0, 2.0, 1.0).inertia
     assert filled.mass == 0.0 and not filled.centre.any()
     np.testing.assert_allclose(filled.inertia, apart, rtol=1e-14)
+    for masses, radii in (((), ()), ((1.0, 2.0), (1.0,)), ((1.0,), (1.0, 2.0)), (1.0, (1.0, 2.0))):
+        with pytest.raises(
+            ValueError, match="layers are one or more, each with a mass and an outer radius; here masses"
+        ):
+            shapes.layered_sphere(masses, radii)
     hollow = shapes.box(6.0, 1.0, 2.0, 3.0) - shapes.box(0.4 * 1.4 * 2.4, 0.4, 1.4, 2.4)
     np.testing.assert_allclose(shapes.hollow_box(hollow.mass, 1, 2, 3, 0.3).inertia, hollow.inertia, rtol=1e-13)
 

@@ -270,7 +270,7 @@ def test_paraview_files_hold_every_bit_and_their_times(run, one, tmp_path):
 
 def test_the_headline_series_as_flat_columns(run, tmp_path):
     (path,) = export(run, "csv", output=tmp_path / "series.csv")
-    with pytest.raises(SceneError, match=r"headline series of a run.*; with --snapshot last it writes a particle table"):
+    with pytest.raises(SceneError, match=r"series of a run.*; with --snapshot last it writes a particle table"):
         read_matter(path)
     with path.open(newline="") as stream:
         names, *rows = csv.reader(stream)
