@@ -20,6 +20,8 @@ from astroinertia.effects.rigid_parts import RigidParts
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures
 
+_MEANT = {"heating": "exchange"}  # a part by the name of what it does, which is that of an output of pair terms
+
 _PARTS_OF = {
     model: [name for name, part in vars(parts).items() if isinstance(part, FunctionType | property)]
     for model, parts in (("sph", ParticleParts), ("ellipsoid", AffineParts), ("rigid", RigidParts))
@@ -50,7 +52,8 @@ def _misspelt(made: Any, alike: float) -> str:
     """The first method of a class whose name is all but that of a part, in words; empty where there is none."""
     methods = (name for name, part in vars(made).items() if isinstance(part, FunctionType | property))
     for name in methods:
-        if not hasattr(Effect, name) and (near := get_close_matches(name, PARTS, n=1, cutoff=alike)):
+        near = [_MEANT[name]] if name in _MEANT else get_close_matches(name, PARTS, n=1, cutoff=alike)
+        if near and not hasattr(Effect, name):
             return f" ({name} is not among them; did you mean '{near[0]}'?)"
     return ""
 

@@ -466,6 +466,10 @@ def made(**parts: Any) -> type:
             "nothing would call one of its functions (time_step is not among them; did you mean 'timestep'?)",
         ),
         (
+            made(acceleration=lambda self, xp, fluid: fluid.velocity, heating=lambda self, xp, fluid: fluid.density),
+            "nothing would call one of its functions (heating is not among them; did you mean 'exchange'?)",
+        ),
+        (
             made(models=("ellipsoid", "rigid"), affine_push=lambda self, body: body.velocity),
             "it has parts for ellipsoid and none for rigid",
         ),
