@@ -193,7 +193,7 @@ def _is_exact(scene: Scene) -> bool:
 
     A homogeneous gas under its own gravity is not stable: its fluid leaves the ellipsoids in a free-fall time.
     """
-    unstable = {"gravity", "pressure"} <= set(scene.effects) and getattr(scene.equation_of_state, "kind", "") == "ideal"
+    unstable = scene.has_equilibrium and getattr(scene.equation_of_state, "kind", "") == "ideal"
     return not unstable and prepare(scene).evolution.approximation.startswith("exact")
 
 

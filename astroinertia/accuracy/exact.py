@@ -199,7 +199,7 @@ def _collapse(scene: Scene, units: CodeUnits) -> Exact | None:
     )
     if any(getattr(body, name) is not None for name in others) or set(body.axes) != {1.0}:
         return None
-    if abs(fluid.gamma - 4.0 / 3.0) > _CLOSED or getattr(fluid, "constant", FROM_BODY) != FROM_BODY:
+    if abs(fluid.gamma - 4.0 / 3.0) > _CLOSED or fluid.stated_constant not in (None, FROM_BODY):
         return None
     core = body.core(units.to_code(body.mass, "mass"), units.to_code(body.radius, "length"))
     end = units.to_code(scene.time.end, "time")
@@ -223,7 +223,7 @@ def _pulsation(scene: Scene, initial: Sphere) -> Exact | None:
     swelling = np.allclose(gradient, gradient[0, 0] * np.eye(3)) and len(set(body.axes)) == 1
     if not swelling or body.entropy is not None or body.specific_internal_energy is not None:
         return None
-    own = getattr(fluid, "constant", FROM_BODY) == FROM_BODY
+    own = fluid.stated_constant in (None, FROM_BODY)
     alike = abs(fluid.gamma - 1.0 - 1.0 / body.polytropic_index) < _CLOSED
     mode = radial_modes(body.polytropic_index, fluid.gamma)[0]
     if mode.squared_frequency <= 0.0 or not (fluid.kind == "ideal" or (own and alike)):

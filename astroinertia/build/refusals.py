@@ -97,7 +97,7 @@ def _refuse_matter(scene: Scene, units: CodeUnits) -> None:
             refuse_thin(alone, units, None if alone.body.composite else sphere(alone, units), least)
     if fluid.made_by:
         return
-    from_body = getattr(fluid, "constant", None) == FROM_BODY
+    from_body = fluid.stated_constant == FROM_BODY
     made = [equation_of_state(each, units, sphere(each, units) if from_body else None) for each in scene.alone()]
     if len(made) > 1:
         from astroinertia.build.combine import check_same_fluid  # only here: it imports the engines' pytrees

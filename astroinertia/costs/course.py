@@ -288,7 +288,7 @@ def _pressure(scene: Scene, initial: Sphere, balanced: Shells, places: np.ndarra
     share, stretch = body.pressure_fraction or 1.0, initial.radius / balanced.radius[-1]
     if initial.tabulated is not None:
         held = initial.tabulated(places)[0]
-    stated = getattr(fluid, "constant", None)
+    stated = None if fluid is None else fluid.stated_constant
     if (sound_speed := getattr(fluid, "sound_speed", None)) is not None:  # of one temperature
         return float(units.to_code(sound_speed, "velocity")) ** 2 * density
     if stated is None:

@@ -30,7 +30,7 @@ class Engine:
     support: the reach of the neighbour lists in smoothing lengths. A particle may move by `motion` of its reach and its
     smoothing length grow by `growth` before lists go stale; wider margins put more pairs out of reach into the lists.
     Sums beyond what the lists reach are right, but slow.
-    leaf_size targets meet blocks of `block` sources; wide_leaf is the leaf of sums over all pairs.
+    wide_leaf is the leaf of sums over all pairs.
     pairs_in_chunk: how many pairs are in work at once (None: what suits the machine); it bounds the memory.
     """
 
@@ -38,8 +38,6 @@ class Engine:
     support: float = 2.0
     motion: float = 0.01
     growth: float = 0.04
-    leaf_size: int = 8
-    block: int = 32
     wide_leaf: int = 128
     pairs_in_chunk: int | None = None
 
@@ -73,8 +71,6 @@ class Engine:
             np.asarray(position, dtype=np.float64),
             np.asarray(smoothing_length, dtype=np.float64),
             xla_lists.Reach(self.support, self.motion, self.growth),
-            self.leaf_size,
-            self.block,
             self.wide_leaf,
             self.chunk,
         )
@@ -174,7 +170,7 @@ def _neighbour_sums(
     work = _Work(kernel, terms, virial)
     tiles = arrangement.neighbours
     h = fields["smoothing_length"]
-    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
+    covered = xla_lists.holds(arrangement, fields["position"], h, shape.support)
     places = xla_places.places_of(precision, fields)
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
     zero = xla_tiles.empty_sums(terms, tiles, virial, h.dtype)
@@ -195,7 +191,7 @@ def _all_pair_sums(
     work = _Work(kernel, terms, virial)
     near, far = arrangement.near, arrangement.far
     h = fields["smoothing_length"]
-    covered = xla_lists.covers(jnp, arrangement, fields["position"], h) & (shape.support <= arrangement.reach.support)
+    covered = xla_lists.holds(arrangement, fields["position"], h, shape.support)
     places = xla_places.places_of(precision, fields)
     zero = xla_tiles.empty_sums(terms, near, virial, h.dtype)
     parts = [xla_tiles.sum_over_tiles(near, covered, None, places, partial(work.chunk, far=False, limited=False), zero)]

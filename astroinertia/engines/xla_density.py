@@ -118,7 +118,7 @@ def _sums(
     # sum_j m_j [w, q dw, and with softening phi + q dphi] for each particle, (N, 2 or 3), itself included.
     shape = KERNELS[kernel]
     tiles = arrangement.neighbours
-    covered = xla_lists.covers(jnp, arrangement, position, h) & (shape.support <= arrangement.reach.support)
+    covered = xla_lists.holds(arrangement, position, h, shape.support)
     places = xla_places.places_of(precision, {"position": position, "mass": mass, "smoothing_length": h})
     boxes = xla_tiles.boxes_of(places, shape.support, tiles, covered)
 

@@ -20,6 +20,7 @@ from astroinertia.engines.numba_vectors import ENTRY
 from astroinertia.engines.pytree import pytree
 from astroinertia.engines.threads import available_threads
 
+LEAF, BLOCK = 8, 32  # targets, and sources that they meet at once
 MOST_WIDE_LEAVES = 2048  # whose pairs are listed all
 TASKS = 64  # ranges of leaves that threads share out
 
@@ -81,8 +82,6 @@ def arrange(
     position: np.ndarray,
     smoothing_length: np.ndarray,
     margins: Reach,
-    leaf_size: int,
-    block: int,
     wide_leaf: int,
     pairs_in_chunk: int,
 ) -> tuple[np.ndarray, Arrangement]:
@@ -90,14 +89,14 @@ def arrange(
 
     Returns the order (N,) and the arrangement of the particles in that order.
     """
-    order, leaves = tree.arrange(position, leaf_size)
+    order, leaves = tree.arrange(position, LEAF)
     position = np.ascontiguousarray(position[order], dtype=np.float64)
     smoothing_length = np.ascontiguousarray(smoothing_length[order], dtype=np.float64)
     reach = margins.support * smoothing_length * (1.0 + margins.growth) * (1.0 + 2.0 * margins.motion)
-    wide = tree.balanced_leaves(len(position), max(leaf_size, wide_leaf, -(-len(position) // MOST_WIDE_LEAVES)))
+    wide = tree.balanced_leaves(len(position), max(LEAF, wide_leaf, -(-len(position) // MOST_WIDE_LEAVES)))
     near, far = _wide_tiles(wide, position, reach, pairs_in_chunk)
     return order, Arrangement(
-        neighbours=_neighbour_tiles(leaves, position, reach, block, pairs_in_chunk),
+        neighbours=_neighbour_tiles(leaves, position, reach, BLOCK, pairs_in_chunk),
         near=near,
         far=far,
         position=jnp.asarray(position),
@@ -118,6 +117,11 @@ def covers(xp: Any, arrangement: Arrangement, position: Any, smoothing_length: A
     allowed = margins.motion * margins.support * listed
     steady = (moved * moved).sum(axis=1) <= allowed * allowed
     return xp.all(steady & (smoothing_length <= (1.0 + margins.growth) * listed))
+
+
+def holds(arrangement: Arrangement, position: Any, smoothing_length: Any, support: float) -> Any:
+    """The same for a kernel of that support, on the device."""
+    return covers(jnp, arrangement, position, smoothing_length) & (support <= arrangement.reach.support)
 
 
 def device(array: Any) -> Any:

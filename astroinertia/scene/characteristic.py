@@ -203,8 +203,8 @@ def _heat(
         energy = body.specific_internal_energy * mass
         return {"triple_pressure": 3.0 * max(gamma - 1.0, 0.0) * energy, "thermal_energy": energy}
     constant = body.entropy
-    if constant is None and fluid is not None and getattr(fluid, "constant", FROM_BODY) != FROM_BODY:
-        constant = fluid.constant
+    if constant is None and fluid is not None and fluid.stated_constant != FROM_BODY:
+        constant = fluid.stated_constant
     if constant is not None:
         exponent = fluid.thermal_gamma if fluid is not None and constant == body.entropy else gamma
         triple = 3.0 * mass * constant * _mean_power(density, weights, (exponent or gamma) - 1.0)
@@ -221,7 +221,7 @@ def _heat(
         turning = turning or (fluid is not None and fluid.kind == "incompressible")
         triple = max(weight - (2.0 * numbers.get("rotational", 0.0) if turning else 0.0), 0.0)
         triple *= (body.pressure_fraction or 1.0) * body.support
-        if getattr(fluid, "constant", None) == FROM_BODY and body.polytropic_index:
+        if fluid is not None and fluid.stated_constant == FROM_BODY and body.polytropic_index:
             # One constant, of the centre, holds up matter of another exponent there alone.
             thin = density / density[0]
             triple *= float(weights @ thin ** (gamma - 1.0)) / float(weights @ thin ** (1.0 / body.polytropic_index))
@@ -240,7 +240,7 @@ def _mean_power(density: np.ndarray, weights: np.ndarray, exponent: float) -> fl
 def _entropy_of_shells(scene: Scene, shells: Any, gamma: float) -> np.ndarray:
     """P/rho^gamma (K,) by the pressures of a profile, or its energies, or its balance; or that of its centre."""
     body: Any = scene.body
-    constant = getattr(scene.equation_of_state, "constant", None)
+    constant = None if scene.equation_of_state is None else scene.equation_of_state.stated_constant
     pressure = shells.pressure
     if pressure is None and constant is None and shells.internal_energy is not None and not body.pressure_fraction:
         pressure = (gamma - 1.0) * shells.density * shells.internal_energy

@@ -71,7 +71,12 @@ class Fluid(Part):
     @property
     def pressure_key(self) -> str | None:
         """The key that alone says how high the pressure is; None where it is that of the body's equilibrium."""
-        return "constant" if getattr(self, "constant", FROM_BODY) != FROM_BODY else None
+        return "constant" if self.stated_constant not in (None, FROM_BODY) else None
+
+    @property
+    def stated_constant(self) -> float | str | None:
+        """K of P = K rho^gamma, in SI or code units, or "from body"; None of a kind without such a key."""
+        return getattr(self, "constant", None)
 
     @property
     def pieces(self) -> tuple[tuple[float, float], ...]:

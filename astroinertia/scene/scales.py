@@ -78,7 +78,7 @@ def _constants(scene: Scene) -> Iterator[Number]:
     fluid: Any = scene.equation_of_state
     if fluid is None:
         return
-    constant, entropy = getattr(fluid, "constant", None), scene.body.entropy
+    constant, entropy = fluid.stated_constant, scene.body.entropy
     if isinstance(constant, float):
         yield ("equation_of_state", "constant"), constant, pressure_constant_dimension(fluid.first_gamma), True
     if entropy is not None:

@@ -38,6 +38,7 @@ _COURANT_OF_FOURTH_ORDER = 0.55  # with densities of fourth order, which are sti
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
 _STEPS_BETWEEN_SORTS = 16
+_ALLOWED_TO_ROTATION = 12.0  # T/|W| of density error besides: the target is that of the body at rest
 _VERSION = 5  # part of the cache key: raise it when the outcome changes
 
 
@@ -84,13 +85,11 @@ class Tolerances:
     """What a relaxed body must meet; every one of them is checked at the end, and the residual while it goes.
 
     Without a density_error of its own it is 0.25 (1000/N)^0.4: what smoothing and the surface do to polytropes up to
-    n = 4, measured, and two thirds as much again. rotation_allowance T/|W| is added where the body rotates, for the
-    target is that of the body at rest.
+    n = 4, measured, and two thirds as much again.
     """
 
     residual: float = 2e-3
     density_error: float | None = None
-    rotation_allowance: float = 12.0
     centre_shift: float = 1e-9
     virial: float = 0.02
 
@@ -180,7 +179,7 @@ def verdict(report: Report, tolerances: Tolerances, count: int, rotational_share
             )
         return f"it flies apart: {gone}; gravity does not hold it against its pressure, and less would be right"
     density = 0.25 * (1000 / count) ** 0.4 if tolerances.density_error is None else tolerances.density_error
-    density += tolerances.rotation_allowance * rotational_share
+    density += _ALLOWED_TO_ROTATION * rotational_share
     limits = {
         "residual": (report.residual, tolerances.residual, "the net acceleration is still {:.2g} of gravity"),
         "virial": (report.virial, tolerances.virial, "the virial theorem is off by {:.2g}"),
