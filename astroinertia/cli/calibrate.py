@@ -63,6 +63,15 @@ def refuse_processes(options: Options, scene: "Scene | None") -> None:
         raise SceneError("--processes is for a run of particles with the engine numba_cpu, whose sums they share out.")
 
 
+def refuse_pilot(options: Options, scene: "Scene") -> None:
+    """SceneError where a pilot is asked for and has nothing to find out."""
+    if options.pilot and scene.model != "sph" and not scene.wants_choice:
+        raise SceneError(
+            "--pilot counts the steps of particles, or chooses the settings for an accuracy: the model "
+            f"{scene.model} has no particles, and the scene asks for no accuracy."
+        )
+
+
 def with_cost(plan: "Plan", scene: "Scene", options: Options, say: Say) -> "Plan":
     """The plan with what the run will take; with --pilot a run with few particles counts its steps first."""
     from astroinertia.costs import machine, plan_lines

@@ -288,6 +288,7 @@ def _plan(options: Options) -> int:
         return GOOD if possible else BAD_INPUT
     scene = _load(options)
     cli_calibrate.refuse_processes(options, scene)
+    cli_calibrate.refuse_pilot(options, scene)
     choice.refuse_minutes(options, [scene])
     from astroinertia.build.assemble import refuse_contradictions
 

@@ -97,6 +97,9 @@ def _numbers(options: Options) -> tuple[str, dict[str, Any]]:
         numbers = table | numbers
     if missing := [key for key in _NEEDED if key not in numbers]:
         raise SceneError(f"--{missing[0]} is missing: name a body of the tables with --body, or say all of one's own")
+    shape = [_SHAPE[key] for key in numbers if key in _SHAPE]
+    if len(shape) != 2 or len({*shape}) != 2:
+        raise SceneError("a shape takes two of --j2, --ellipticity and one of --moment-ratio and --polar-moment")
     return name, {"j2": None, "dynamical_ellipticity": numbers.pop("ellipticity", None)} | numbers
 
 

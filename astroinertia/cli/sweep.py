@@ -1,6 +1,8 @@
 """What `run`, `resume`, `plan` and `show` do with a scene that has [sweep]. Printing is left to main.py."""
 
+import argparse
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +22,19 @@ MOST_ROWS = 20  # of a table of members
 
 def add_arguments(add: Add) -> None:
     """Add where the members of a sweep are run."""
-    add("--workers", type=int, metavar="N",
-        help="of a scene with [sweep]: processes that its members are shared out over (default: one for each core "
-        "where that pays; 1 is this process alone)")  # fmt: skip
+    add("--workers", type=_workers, metavar="N",
+        help="of a scene with [sweep], or of sensitivity: processes that the runs are shared out over (default: one "
+        "for each core where that pays; 1 is this process alone)")  # fmt: skip
     add("--cluster", metavar="ADDRESS",
-        help="of a scene with [sweep]: a cluster of dask that runs its members, such as tcp://host:8786, and sees the "
-        "same files")  # fmt: skip
+        help="of the same: a cluster of dask that does the runs instead, such as tcp://host:8786, and sees the same "
+        "files")  # fmt: skip
+
+
+def _workers(text: str) -> int:
+    with suppress(ValueError):
+        if (number := int(text)) > 0:
+            return number
+    raise argparse.ArgumentTypeError(f"'{text:.40}' is no whole number above 0")
 
 
 def sweep_of(options: Options) -> "Sweep | None":
@@ -62,8 +71,11 @@ def is_folder(folder: Path) -> bool:
 def carry_out(sweep: "Sweep", folder: Path, options: Options, deadline: float, meter: Meter, say: Say) -> "Carried":
     """Run the members of a sweep that are left, until a deadline, shown by the meter."""
     from astroinertia.engines import hosts
+    from astroinertia.errors import SceneError
     from astroinertia.sweeps import ensemble
 
+    if options.workers is not None and options.cluster is not None:
+        raise SceneError("--workers are processes of this machine, and --cluster is another: give one of the two.")
     hosts.must_be_alone("a sweep")
     left = ensemble.left(sweep, folder)
     refused = _refused(sweep, left)

@@ -155,6 +155,21 @@ def test_minutes_are_for_scenes_whose_settings_are_chosen(command, elsewhere, ca
     assert main(["plan", str(SIMS / "tennis_racket.toml"), "--set", "accuracy=1e-3", "--minutes", "3"]) == 0
 
 
+def test_options_that_would_do_nothing_are_refused(elsewhere, capsys):
+    one = (SIMS / "core_to_pulsar_scaling.toml").read_text()
+    Path("one.toml").write_text(one)
+    Path("many.toml").write_text(f'{one}\n[sweep]\n"body.radius" = ["1500 km", "1600 km"]\n')
+    for arguments, sentence in (
+        (["plan", "one.toml", "--pilot"], "--pilot counts the steps of particles, or chooses the settings"),
+        (["run", "many.toml", "--workers", "0"], "argument --workers: '0' is no whole number above 0"),
+        (["run", "many.toml", "--workers", "2", "--cluster", "tcp://host:1"], "give one of the two"),
+    ):
+        assert main(arguments) == 2
+        printed = capsys.readouterr()
+        assert sentence in printed.err and printed.err.count("\n") == 1 and not printed.out
+    assert not Path("runs").exists()
+
+
 def test_examples_of_branches_are_of_runs_that_have_ended():
     """A branch without a time begins at the last state of its run, which has ended there, and needs another end."""
     examples = [line for line in branch.HELP.splitlines() if "branch runs/" in line]

@@ -88,7 +88,7 @@ def test_a_body_of_ones_own_by_any_two_numbers_of_its_shape(capsys):
         (["--body", "Earth", "--companion", "Sun, a=1 au"], "has the key 'a'"),
         (["--body", "Earth", "--companion", "Planet X"], "Planet X needs a mass, and one of"),
         (["--body", "Earth", "--companion", "Sun, eccentricity=0.1, eccentricity=0.2"], "says something twice"),
-        ([*OWN, "--j2", "1e-3", *SUN], "give two of j2, dynamical_ellipticity"),
+        ([*OWN, "--j2", "1e-3", *SUN], "a shape takes two of --j2, --ellipticity and one of"),
         (["--body", "Earth", "--netcdf", "x.csv"], "must be a .nc file"),
     ],
 )
