@@ -483,9 +483,10 @@ def _show(options: Options) -> int:
             if not options.only:
                 _say(plots.summary(opened, shutil.get_terminal_size((0, 0)).columns))
             written = show.written(options, file, opened, beside)
-    _say("pictures:" if written else "this run has no such picture.")
-    for path in written:
-        _say(f"  {path}")
+    if written:
+        _say("\n".join(["pictures:", *(f"  {path}" for path in written)]))
+    if lacking := [name for name in dict.fromkeys(options.only) if name not in {path.stem for path in written}]:
+        _say(f"this run has no picture {', '.join(lacking)}.")
     return GOOD
 
 

@@ -78,6 +78,11 @@ def test_one_picture_may_be_asked_for_alone(run, tmp_path, capsys):
     assert main(["show", str(run), "--output", str(tmp_path), "--only", "spin"]) == 0
     assert capsys.readouterr().out.splitlines() == ["pictures:", f"  {tmp_path / 'spin.png'}"]
     assert [path.name for path in tmp_path.iterdir()] == ["spin.png"]
+    assert main(["show", str(run), "--output", str(tmp_path), "--only", "spin", "--only", "attitude"]) == 0
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        f"  {tmp_path / 'spin.png'}",
+        "this run has no picture attitude.",
+    ]
     assert main(["show", str(run), "--only", "spni"]) == 2
     assert "no picture 'spni'" in capsys.readouterr().err
 
