@@ -111,7 +111,10 @@ def report(options: Options) -> str:
     from astroinertia.studies.moment_ratio import moment_ratio, polytropes, two_layer_sweep
 
     if options.sweep and one is not None:
-        values = dict(_sweep(text) for text in options.sweep)
+        swept = [_sweep(text) for text in options.sweep]
+        values = dict(swept)
+        if len(values) < len(swept):
+            raise SceneError("--sweep takes each parameter once")
         shown = two_layer_sweep(one, values, layers, options.dask).compute()
         text = ratio_tables.sweep_text(shown)
     elif one is not None:

@@ -55,6 +55,8 @@ def sweep(
     for name in (*values, *fixed):
         if name not in model.inputs:
             raise SceneError(f"there is no parameter '{name}' here; there is {', '.join(model.inputs)}")
+        if name in values and name in fixed:
+            raise SceneError(f"{name} is swept and has one value besides: give one of the two")
     axes = {name: np.atleast_1d(np.asarray(axis, dtype=float)) for name, axis in values.items()}
     for name, axis in axes.items():
         if axis.ndim != 1 or not axis.size or not np.isfinite(axis).all():

@@ -213,6 +213,11 @@ def test_the_table_says_what_the_model_leaves_out(capsys):
         (["--body", "Mars", "--sweep", "colour=1:2:3", "--netcdf", "x.nc"], "no parameter 'colour'"),
         (["--body", "Mars", "--sweep", "core_density=1:2", "--netcdf", "x.nc"], "NAME=START:STOP:COUNT"),
         (["--body", "Mars", "--sweep", "core_density=1:2:0", "--netcdf", "x.nc"], "1 to 100000 values"),
+        (["--body", "Mars", *["--sweep", "core_density=6000:7000:2"] * 2, "--netcdf", "x.nc"], "each parameter once"),
+        (
+            ["--body", "Mars", "--sweep", "core_density=6000:7000:2", "--core-density", "7000", "--netcdf", "x.nc"],
+            "core_density is swept and has one value besides",
+        ),
         (["--body", "Mars", "--dask"], "--dask is for sweeps"),
         (["--plot", "missing/x.png"], "cannot be written"),
         (["--netcdf", "x.csv"], "must be a .nc file"),
