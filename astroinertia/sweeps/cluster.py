@@ -23,6 +23,12 @@ _SECONDS_TO_ANSWER = 10.0
 _SECONDS_BETWEEN_LOOKS = 0.5  # at the clock and at what signals ask for
 
 
+def refuse_address(address: str) -> None:
+    """SceneError for what is no address of a cluster, before anything is written."""
+    if not _ADDRESS.fullmatch(address):
+        raise SceneError(f"'{shown(address)}' is no address of a cluster; write for example tcp://host:8786.")
+
+
 def by_cluster(tasks: Sequence[Task], address: str, deadline: float) -> Iterator[Outcome]:
     """Run members on the cluster at an address; outcomes as they come.
 
@@ -70,8 +76,6 @@ def _in_worker(task: Task) -> Outcome:
 
 
 def _client(distributed: Any, address: str) -> Any:
-    if not _ADDRESS.fullmatch(address):
-        raise SceneError(f"'{shown(address)}' is no address of a cluster; write for example tcp://host:8786.")
     try:
         return distributed.Client(address, timeout=_SECONDS_TO_ANSWER)
     except (OSError, ValueError) as error:

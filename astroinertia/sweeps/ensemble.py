@@ -22,7 +22,7 @@ from astroinertia.scene.sweep import Sweep
 from astroinertia.storage.archive import locked
 from astroinertia.storage.atomic import remove_leftovers, write_whole
 from astroinertia.sweeps import combined, folder as folders
-from astroinertia.sweeps.cluster import by_cluster
+from astroinertia.sweeps.cluster import by_cluster, refuse_address
 from astroinertia.sweeps.folder import SESSION, Failure
 from astroinertia.sweeps.members import Task, carry_out
 from astroinertia.sweeps.workers import side_by_side
@@ -86,6 +86,8 @@ def run_sweep(
     """
     if workers < 1:
         raise SceneError("the number of workers must be at least 1.")
+    if cluster is not None:
+        refuse_address(cluster)
     if sweep.own:
         raise SceneError("a sweep takes what is built in or installed, and nothing of your own from Python.")
     folders.describe(sweep, folder)

@@ -482,6 +482,7 @@ def test_folders_are_not_mixed_up(grid, tmp_path, capsys):
         folder.read(tmp_path)
     with pytest.raises(SceneError, match="'nowhere' is no address of a cluster"):
         ensemble.run_sweep(made(), tmp_path / "run", cluster="nowhere")
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.slow
