@@ -24,7 +24,10 @@ _SECONDS_BETWEEN_LOOKS = 0.5  # at the clock and at what signals ask for
 
 
 def refuse_address(address: str) -> None:
-    """SceneError for what is no address of a cluster, before anything is written."""
+    """SceneError for what is no address of a cluster, before anything is written.
+
+    >>> refuse_address("tcp://host:8786")
+    """
     if not _ADDRESS.fullmatch(address):
         raise SceneError(f"'{shown(address)}' is no address of a cluster; write for example tcp://host:8786.")
 

@@ -6,7 +6,7 @@ from astroinertia.process.starters import is_first, started
 
 
 @pytest.mark.parametrize(
-    ("told", "count", "first"),
+    ("stated", "count", "first"),
     [
         ({}, 1, True),
         ({"PMI_SIZE": "3", "PMI_RANK": "0"}, 3, True),
@@ -17,10 +17,10 @@ from astroinertia.process.starters import is_first, started
         ({"PMI_RANK": "1"}, 1, True),
     ],
 )
-def test_processes_are_counted_as_their_starter_tells(told, count, first, monkeypatch) -> None:
+def test_processes_are_counted_as_their_starter_tells(stated, count, first, monkeypatch) -> None:
     for name in ("PMI_SIZE", "PMI_RANK", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK", "PMIX_RANK",
                  "SLURM_STEP_NUM_TASKS"):  # fmt: skip
         monkeypatch.delenv(name, raising=False)
-    for name, value in told.items():
+    for name, value in stated.items():
         monkeypatch.setenv(name, value)
     assert (started(), is_first()) == (count, first)
