@@ -41,7 +41,7 @@ def effective_star(matter: Barotrope, rest_mass: float, points: int = 2000) -> E
     radius = np.linspace(_START, solution.t[-1], points)
     enthalpy, mass, rest = solution.sol(radius)
     eta = np.expm1(np.maximum(enthalpy, 1e-9))
-    density, pressure = np.array([matter.piece_at(value).at(value) for value in eta]).T
+    density, pressure, _ = np.array([matter.piece_at(value).at(value) for value in eta]).T
     return EffectiveStar(radius, mass, rest, density, pressure, eta - pressure / density)
 
 
@@ -49,7 +49,7 @@ def _integrated(matter: Barotrope, central: float) -> Any:
     def slopes(r: float, values: np.ndarray) -> list[float]:
         enthalpy, mass, _ = values
         eta = math.expm1(max(enthalpy, 1e-12))
-        density, pressure = matter.piece_at(eta).at(eta)
+        density, pressure, _ = matter.piece_at(eta).at(eta)
         square, area = 1 - 2 * mass / r, 4 * math.pi * r**2
         pull = (mass + area * r * pressure) / (r**2 * square)
         return [-pull, area * (density * (1 + eta) - pressure) * math.sqrt(square), area * density]
@@ -58,7 +58,7 @@ def _integrated(matter: Barotrope, central: float) -> Any:
         return values[0]
 
     surface.terminal = True  # type: ignore[attr-defined]
-    density, pressure = matter.piece_at(central).at(central)
+    density, pressure, _ = matter.piece_at(central).at(central)
     volume = 4 / 3 * math.pi * _START**3
     start = [math.log1p(central), volume * (density * (1 + central) - pressure), volume * density]
     return solve_ivp(
