@@ -89,12 +89,12 @@ def read_table(path: str | Path, fewest: int = FEWEST_PARTICLES, beside: tuple[s
         return replace(_checked(path, dump.columns, fewest, dump.units, True), note=dump.note, unfit=dump.unfit)
     check_file(path, COLUMNS.what, (*_READERS, *beside))
     suffix = suffix_of(path)
-    if suffix == ".csv":
-        _refuse_series(path)
     snapshot = snapshot_columns(path, MAX_PARTICLES, COLUMNS.what) if suffix in HDF5_SUFFIXES else None
     if snapshot is not None:
         columns, own, note = snapshot
         return replace(_checked(path, columns, fewest, own, True), note=note)
+    if suffix == ".csv":
+        _refuse_series(path)
     reader = _READERS[suffix]
     if suffix in HDF5_SUFFIXES and (place := netcdf_group(path, COLUMNS.spellings, COLUMNS.what)):
         reader = partial(_netcdf, group=place)
