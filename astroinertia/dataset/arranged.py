@@ -76,7 +76,7 @@ def _way_to_times(tensor: xr.DataArray) -> str:
 def in_seconds(series: Any) -> Any:
     """A dataset or a series whose times are timedelta64, as resampling needs them, with seconds.
 
-    ValueError for times in another unit, and for whole numbers of no unit: such are steps or records.
+    ValueError for times in another unit.
     """
     if "time" not in series.coords:
         return series
@@ -88,8 +88,6 @@ def in_seconds(series: Any) -> Any:
         return series.assign_coords(time=seconds.assign_attrs({**times.attrs, "units": "s"}))
     if _is_unit_but_of_seconds(stated := unit_of(times)):
         raise ValueError(f"the times are in {shown(stated)}; the accessor takes seconds or timedelta64")
-    if times.dtype.kind in "iu" and "units" not in times.attrs:
-        raise ValueError("the times are whole numbers of no unit, as steps are; the accessor takes seconds")
     return series
 
 

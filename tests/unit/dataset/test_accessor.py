@@ -163,8 +163,6 @@ def test_times_in_another_unit_are_refused(ds: xr.Dataset) -> None:
         (lambda ds: ds.rename(i="axis").inertia, "inertia_tensor has no dimension i: components are along i and j"),
         (lambda ds: ds.assign_coords(n=("time", np.arange(ds.sizes["time"]))).swap_dims(time="n").inertia,
          "the times are along n; the accessor takes records along time"),
-        (lambda ds: ds.set_index(time="step").inertia,
-         "the times are whole numbers of no unit, as steps are; the accessor takes seconds"),
         (lambda ds: ds.max("time", keepdims=True, keep_attrs=True).inertia,
          "the dataset has no times: those of its records have been lost, and ds.assign_coords(time=...) has them"),
         (lambda ds: ds.where(ds.effect == ds.effect[0]).inertia, "inertia_tensor is along effect, too"),
