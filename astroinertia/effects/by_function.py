@@ -216,7 +216,6 @@ def _class_of(function: Callable) -> type[Effect]:
         "function": staticmethod(function),
         "in_units": lambda self, units: acting(units),
         "external": True,
-        "follows_spin": True,
         "models": ("sph", "rigid"),
         "source": "a function of the user's own",
     }

@@ -202,6 +202,8 @@ class Effect(ParticleParts, AffineParts, RigidParts):
         for name in PARTS:
             if name in vars(cls):
                 setattr(cls, name, scoped(cls.kind, name, vars(cls)[name]))
+        if vars(cls).keys() & {"torque", "relative_rotation"}:
+            cls.follows_spin = vars(cls).get("follows_spin", True)
 
     @classmethod
     def from_options(cls, options: dict[str, Any]) -> Self:

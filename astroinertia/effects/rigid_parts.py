@@ -6,10 +6,21 @@ from typing import Any, ClassVar
 
 
 class RigidParts:
-    """The parts of an effect on a rigid body; `body` is models.rigid.body.View."""
+    """The parts of an effect on a rigid body.
+
+    `body` has time, mass, attitude (3, 3) (the body's axes as the scene gives them, one a row), moments (3,) (about
+    those axes), principal_moments (3,) (ascending, at rest), inertia (3, 3), angular_momentum and angular_velocity (3,),
+    all in inertial axes, about the centre of mass or the pivot; and companions, whose `position` at a time is (n, 3).
+
+    A torque is taken for one that depends on the angular velocity or on L. Where it does not, a class says
+    `follows_spin: ClassVar[bool] = False`: the integrator "splitting" then takes far less time for it. It says
+    `conservative: ClassVar[bool] = True` where its `potential` does not depend on time, so that integration_energy_error
+    compares its work with it.
+    """
 
     follows_spin: ClassVar[bool] = False
-    """Its torque depends on the angular velocity or on L, or it has a relative rotation."""
+    """Its torque depends on the angular velocity or on L, or it has a relative rotation: so with a part for either,
+    unless its class says that it does not."""
     conservative: ClassVar[bool] = False
     """Its `potential` does not depend on time: what it does to a rigid body is found again there."""
 

@@ -52,18 +52,14 @@ def angular_momentum_scale(dataset: xr.Dataset) -> tuple[float, bool]:
     spins that has more than round-off gives it, beside what only errors have given: those of single-precision pairs,
     and of multipoles.
     """
-    momenta, most = dataset["angular_momentum"].transpose("time", "i").values, largest_possible_momentum(dataset)
-    own = largest_size(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
-    return (largest_size(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
-
-
-def largest_possible_momentum(dataset: xr.Dataset) -> float:
-    """The largest angular momentum that the body's motion could carry at any time, (tr Q tr K)^(1/2)."""
+    momenta = dataset["angular_momentum"].transpose("time", "i").values
     second, kinetic = (
         np.einsum("tii->t", dataset[name].transpose("time", "i", "j").values)
         for name in ("second_moment", "kinetic_tensor")
     )
-    return largest_size(np.sqrt(second * kinetic))
+    most = largest_size(np.sqrt(second * kinetic))
+    own = largest_size(np.linalg.norm(momenta - _given_by_errors(dataset), axis=1))
+    return (largest_size(np.linalg.norm(momenta, axis=1)), True) if own > SPINLESS * most else (most or 1.0, False)
 
 
 def _given_by_errors(dataset: xr.Dataset) -> np.ndarray | float:

@@ -12,20 +12,13 @@ import xarray as xr
 
 from astroinertia.dataset import bounds, converged
 from astroinertia.dataset.absent import with_absent
-from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.picture_methods import as_drawn, missing_named
 from astroinertia.dataset.radii import RATIOS
 from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.dataset.schema import COMPUTED, INERTIAL
 from astroinertia.dataset.sizes import largest_size
 from astroinertia.observables.quantities import OF_ATTITUDE
-from astroinertia.plots.axis_scales import (
-    angular_impulse,
-    angular_momentum_scale,
-    energy_scale,
-    known_effects,
-    largest_possible_momentum,
-)
+from astroinertia.plots.axis_scales import angular_impulse, angular_momentum_scale, energy_scale, known_effects
 from astroinertia.plots.error_bars import known_bars
 from astroinertia.plots.shown_units import DIFFERENCES, beyond_round_off, cleared, scale_of, written
 from astroinertia.plots.style import words
@@ -34,7 +27,6 @@ from astroinertia.units import unit_of
 _largest = partial(largest_size, unknown=np.nan)
 _WIDTH = 40
 _NARROWEST = 12  # column of names
-_NO_SPIN = "of √(tr Q tr K), there is no spin"
 _ASKED = "settings chosen for an accuracy of "
 *_SHAPES, _J2 = DIFFERENCES
 
@@ -270,7 +262,7 @@ def _accuracy(dataset: xr.Dataset) -> Table:
         (
             "change of the angular momentum",
             drift / (size or np.nan),
-            "of the largest angular momentum" if turning else _NO_SPIN,
+            of_size := "of the largest angular momentum" if turning else "of √(tr Q tr K), there is no spin",
         ),
         (
             "change of the momentum",
@@ -280,12 +272,9 @@ def _accuracy(dataset: xr.Dataset) -> Table:
     ]
     if "system_angular_momentum" in dataset:  # which what the body accretes, or what is beside it, has a part in
         whole = dataset["system_angular_momentum"]
-        largest, most = (
-            largest_size(np.linalg.norm(whole, axis=whole.get_axis_num("i"))),
-            largest_possible_momentum(dataset),
-        )
-        scale = (largest, "of its largest") if largest > SPINLESS * most else (most, _NO_SPIN)
-        rows.insert(4, ("  and of all bodies together", _drift(whole) / (scale[0] or np.nan), scale[1]))
+        most = float(np.linalg.norm(whole, axis=whole.get_axis_num("i")).max())
+        share = _drift(whole) / (max(most, size) or np.nan)  # what they exchange may add up to nothing
+        rows.insert(4, ("  and of all bodies together", share, "of its largest" if most >= size else of_size))
     finite = tuple((name, f"{value:.2e}", of) for name, value, of in rows if np.isfinite(value))
     below = (_chosen_for(str(dataset.attrs.get("choice", ""))), "" if known_bars(dataset) else _of_bars(dataset))
     return Table("Accuracy and conservation", (), finite, (_WIDTH, 14), "\n".join(filter(None, below)))

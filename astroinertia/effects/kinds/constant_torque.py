@@ -23,6 +23,7 @@ class ConstantTorque(Effect):
 
     kind: ClassVar[str] = "constant_torque"
     external: ClassVar[bool] = True
+    follows_spin: ClassVar[bool] = False
 
     @classmethod
     def from_options(cls, options):

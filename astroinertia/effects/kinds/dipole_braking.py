@@ -40,7 +40,6 @@ class DipoleBraking(Effect):
 
     kind: ClassVar[str] = "dipole_braking"
     external: ClassVar[bool] = True
-    follows_spin: ClassVar[bool] = True
     whole_body: ClassVar[bool] = True
 
     @classmethod

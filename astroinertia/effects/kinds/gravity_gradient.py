@@ -23,6 +23,7 @@ class GravityGradient(Effect):
 
     kind: ClassVar[str] = "gravity_gradient"
     external: ClassVar[bool] = True
+    follows_spin: ClassVar[bool] = False
 
     @property
     def potential_moves(self):

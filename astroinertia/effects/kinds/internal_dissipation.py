@@ -26,7 +26,6 @@ class InternalDissipation(Effect):
     rate: Any = None
 
     kind: ClassVar[str] = "internal_dissipation"
-    follows_spin: ClassVar[bool] = True
 
     def relative_rotation(self, body):
         """L cross omega by lambda = 1 / (time_scale L^2 ((1/I_1 + 1/I_2)/2 - 1/I_3)).

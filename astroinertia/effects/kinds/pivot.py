@@ -31,6 +31,7 @@ class Pivot(Effect):
 
     kind: ClassVar[str] = "pivot"
     external: ClassVar[bool] = True
+    follows_spin: ClassVar[bool] = False
     conservative: ClassVar[bool] = True
 
     def place(self, body):

@@ -34,7 +34,6 @@ class TidalTorque(Effect):
 
     kind: ClassVar[str] = "tidal_torque"
     external: ClassVar[bool] = True
-    follows_spin: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
