@@ -102,6 +102,10 @@ def of_snapshot(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]
 def _begun(scene: Scene, units: CodeUnits, problem: Problem, **begins: Any) -> Particles:
     """The particles of a state that begins so (models.sph.first_state), followed through the scene's regions."""
     state, arrangement = initial_state(problem, **begins)
+    if scene.numerics.timesteps == "individual":
+        from astroinertia.models.sph.block_step import refuse_unsaid_whole  # only here: global steps import none of it
+
+        refuse_unsaid_whole(problem, state)
     regions = _regions(scene, units, problem)
     state = state if regions is None else regions.opened(state)
     return _under_way(scene, units, problem, state, arrangement, regions)

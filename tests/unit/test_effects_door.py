@@ -339,6 +339,36 @@ def test_the_virial_tensor_of_an_effect_that_states_none_is_that_of_its_forces(t
     assert float(found.virial_mismatch.max()) < 1e-14
 
 
+@pytree
+@dataclass(frozen=True, eq=False)
+class Herd(Effect):
+    """A pull to the centre that goes with the mean distance of all."""
+
+    kind: ClassVar[str] = "herd"
+
+    def acceleration(self, xp, fluid):
+        """-R x, R the mean distance."""
+        place = fluid.position - fluid.centre
+        return -(fluid.mass * xp.sqrt((place**2).sum(axis=1))).sum() / fluid.mass.sum() * place
+
+
+@pytree
+@dataclass(frozen=True, eq=False)
+class WholeHerd(Herd):
+    """The same, which says so."""
+
+    kind: ClassVar[str] = "whole_herd"
+    whole_body: ClassVar[bool] = True
+
+
+def test_what_depends_on_particles_that_are_not_due_says_so_or_is_refused(tmp_path) -> None:
+    scene = loads(SCENE.replace("[numerics]", '[numerics]\ntimesteps = "individual"').replace("end = 1.0", "end = 0.1"))
+    with pytest.raises(SceneError, match="'herd' gives to a particle depends on others, .* whole_body = True"):
+        astroinertia.run_scene(scene, tmp_path / "refused", effects=[Herd()])
+    found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run", effects=[WholeHerd()]))
+    assert float(found.work.sel(effect="whole_herd")[-1]) > 1e-3
+
+
 # Parts that are not as they must be
 
 

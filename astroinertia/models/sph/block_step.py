@@ -17,8 +17,10 @@ import numpy as np
 
 from astroinertia.effects.effect import Effect
 from astroinertia.engines.elementwise import added
-from astroinertia.engines.pytree import with_fields
+from astroinertia.engines.pytree import mapped, with_fields
 from astroinertia.engines.terms import Output, PairTerm
+from astroinertia.errors import SceneError
+from astroinertia.ledger.moments import Whole
 from astroinertia.models.protocol import GivenUp, never
 from astroinertia.models.sph import (
     active as parts,
@@ -43,6 +45,7 @@ ACTIVATED = 4.0  # a particle is activated where its interval is longer than thi
 SORTED = 4  # particles may be sorted again where intervals of this rung end
 PATIENCE = 2  # an interval becomes longer only where that of this many rungs above ends as well
 KEPT = 1.1  # an interval goes on where it is longer than its limit by less than this
+SAME = 1e-9  # of the largest acceleration, by which it differs where only the order of sums does
 SETTLED = 0.9  # an interval becomes longer where the longer one is below this part of its limit
 
 
@@ -338,6 +341,29 @@ def _recall_distant(block: BlockStep, near: Sums, state: State) -> None:
 
 def _distant_sums(block: BlockStep) -> Sums:
     return {kind: {"acceleration": array} for kind, array in block.distant.items()}
+
+
+def refuse_unsaid_whole(problem: Problem, state: State) -> None:
+    """SceneError where an acceleration of the user's own depends on particles that need not be due, and does not say so.
+
+    What it gives to every other particle, asked for these alone, is then not what it gives them among all.
+    """
+    fluid = state.rates.fluid
+    count, body = len(fluid.mass), Whole(fluid.mass.sum(), fluid.centre, fluid.centre_velocity)
+    some = mapped(lambda array: array[::2] if np.ndim(array) and len(array) == count else array, fluid)
+    some = with_fields(some, body=body, points=fluid.points)
+    for effect in problem.effects:
+        if effect.whole_body or type(effect).__module__.startswith("astroinertia."):
+            continue
+        among, again, alone = (effect.acceleration(problem.engine.xp, seen) for seen in (fluid, fluid, some))
+        if among is None or not np.array_equal(among, again):  # one that is random says nothing
+            continue
+        if not np.allclose(among[::2], alone, rtol=0.0, atol=SAME * float(abs(among).max())):
+            raise SceneError(
+                f"the acceleration that the effect '{effect.kind}' gives to a particle depends on others, which "
+                "individual time steps do not show to it: a class of which whole_body = True acts on all at once; "
+                'else take [numerics] timesteps = "global".'
+            )
 
 
 def agreed_limits(problem: Problem, pairs: Any, state: State, limits: Array) -> Array:
