@@ -32,9 +32,6 @@ class ParticleParts:
     those of the whole), and `remember` is given an interval for each, (N,). An acceleration then acts on a particle
     over its own interval; that of an effect of the whole body, on all of them over the longest. So a class whose
     acceleration of a particle depends on others, but for the body's centre, says `whole_body: ClassVar[bool] = True`.
-
-    A class says `central: ClassVar[bool] = True` where it acts between particles along their separation: that it has no
-    net force and no torque is then checked.
     """
 
     central: ClassVar[bool] = False
