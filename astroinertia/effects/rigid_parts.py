@@ -9,13 +9,14 @@ class RigidParts:
     """The parts of an effect on a rigid body.
 
     `body` has time, mass, attitude (3, 3) (the body's axes as the scene gives them, one a row), moments (3,) (about
-    those axes), principal_moments (3,) (ascending, at rest), inertia (3, 3), angular_momentum and angular_velocity (3,),
-    all in inertial axes, about the centre of mass or the pivot; and companions, whose `position` at a time is (n, 3).
+    those axes), principal_moments (3,) (ascending, at rest), inertia (3, 3), angular_momentum (3,) and angular_velocity
+    (3,), all in inertial axes, about the centre of mass or the pivot; and companions, whose `position` at a time is
+    (n, 3).
 
     A torque is taken for one that depends on the angular velocity or on L. Where it does not, a class says
     `follows_spin: ClassVar[bool] = False`: the integrator "splitting" then takes far less time for it. It says
-    `conservative: ClassVar[bool] = True` where its `potential` does not depend on time, so that integration_energy_error
-    compares its work with it.
+    `conservative: ClassVar[bool] = True` where its `potential` does not depend on time, so that
+    integration_energy_error compares its work with it.
     """
 
     follows_spin: ClassVar[bool] = False

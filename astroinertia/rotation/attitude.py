@@ -170,8 +170,9 @@ def euler_angles(attitude: Array, sequence: str = "zxz") -> Array:
 
     The inverse of `attitude_of_euler_angles`: first and third from -pi to pi; second from 0 to pi where the sequence
     begins and ends with the same axis, else from -pi/2 to pi/2. The angles give the attitude back to round-off
-    everywhere; where the second is at an end of its range only a sum of the others is defined. ValueError for another
-    sequence than two or three different axes, and for a matrix that is no rotation (not seen inside jit).
+    everywhere; where the second is at an end of its range only a sum of the others is defined, and derivatives in JAX
+    are NaN. ValueError for another sequence than two or three different axes, and for a matrix that is no rotation (not
+    seen inside jit).
 
     >>> print(euler_angles(attitude_of_euler_angles(np.array([0.3, 0.4, 0.5]))).round(12))  # the inverse
     [0.3 0.4 0.5]

@@ -363,7 +363,7 @@ class WholeHerd(Herd):
 
 def test_what_depends_on_particles_that_are_not_due_says_so_or_is_refused(tmp_path) -> None:
     scene = loads(SCENE.replace("[numerics]", '[numerics]\ntimesteps = "individual"').replace("end = 1.0", "end = 0.1"))
-    with pytest.raises(SceneError, match="'herd' gives to a particle depends on others, .* whole_body = True"):
+    with pytest.raises(SceneError, match=r"'herd' gives to a particle depends on others, .* whole_body = True"):
         astroinertia.run_scene(scene, tmp_path / "refused", effects=[Herd()])
     found = astroinertia.open(astroinertia.run_scene(scene, tmp_path / "run", effects=[WholeHerd()]))
     assert float(found.work.sel(effect="whole_herd")[-1]) > 1e-3

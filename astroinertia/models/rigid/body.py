@@ -167,8 +167,8 @@ def rotational_energy(body: Rigid, time: Array, m: Array) -> Array:
     return 0.5 * jnp.sum(spin_in_body(body, time, m) * m)
 
 
-def view(body: Rigid, time: Array, quaternion: Array, m: Array, momentum: Array) -> View:
-    """The body as its effects see it."""
+def view(body: Rigid, time: Array, quaternion: Array, m: Array) -> View:
+    """The body as its effects see it: with L by m, so that it is about an axis where the angular velocity is."""
     principal = attitude_of_quaternion(quaternion)
     spin = spin_in_body(body, time, m)
     inertia, principal_moments = inertia_in_body(body, time, spin), body.moments * size(body, time)
@@ -181,7 +181,7 @@ def view(body: Rigid, time: Array, quaternion: Array, m: Array, momentum: Array)
         moments=jnp.einsum("ij,jk,ik->i", body.axes, inertia, body.axes),
         principal_moments=principal_moments,
         inertia=turned @ principal,
-        angular_momentum=momentum,
+        angular_momentum=in_space(quaternion, m),
         angular_velocity=in_space(quaternion, spin),
         companions=body.companions,
     )
@@ -197,15 +197,15 @@ def relative_rotations(body: Rigid, seen: View) -> Array:
     return _of_each(body, lambda effect: effect.relative_rotation(seen))
 
 
-def motion(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:
+def motion(body: Rigid, time: Array, turning: Array) -> Motion:
     """All rates of change, of a state as a `Rotor` has it, with a unit quaternion."""
     m = turning[4:]
     turn = spin_in_body(body, time, m)
-    return _motion(body, time, turning, momentum, turn, _euler(body, time, m, turn))
+    return _motion(body, time, turning, turn, _euler(body, time, m, turn))
 
 
 @jax.jit
-def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
+def pace(body: Rigid, time: Array, turning: Array) -> Array:
     """The largest angular frequency that steps must resolve from here on, at the present size.
 
     Of the free body: its fastest spin on this polhode, along which the squares of m change in proportion.
@@ -218,7 +218,7 @@ def pace(body: Rigid, time: Array, turning: Array, momentum: Array) -> Array:
     ends = jnp.stack([most, jnp.where(jnp.isfinite(least), least, 0.0)])
     spins = (body.inverse / size(body, time)) ** 2 @ jnp.maximum(square[:, None] + along[:, None] * ends, 0.0)
     frequencies = [jnp.sqrt(jnp.max(spins))]
-    seen = view(body, time, turning[:4], m, momentum)
+    seen = view(body, time, turning[:4], m)
     frequencies += [frequency for effect in body.effects if (frequency := effect.frequency(seen)) is not None]
     torque = torques(body, seen).sum(axis=0)
     frequencies.append(jnp.sqrt(jnp.sqrt(jnp.sum(torque**2)) * body.inverse[1] / size(body, time)))
@@ -240,7 +240,7 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple) -> dict[str, Ar
         body = accompanied(body, orbit_unit * state["orbits"])
     q = state["turning"][:4]
     turning = jnp.concatenate([q / jnp.sqrt(jnp.sum(q**2)), body_unit * state["turning"][4:]])
-    change = motion(body, time, turning, momentum_unit * state["momentum"])
+    change = motion(body, time, turning)
     work = change.power
     if body.change is not None:
         growth = jax.jvp(body.change.factor, (time,), (jnp.ones_like(time),))[1] / size(body, time)
@@ -250,7 +250,7 @@ def rate(time: Array, state: dict[str, Array], arguments: tuple) -> dict[str, Ar
     rates = jnp.concatenate([change.turning[:4], change.turning[4:] / body_unit])
     found = {"turning": rates, "momentum": change.angular_momentum / momentum_unit, "accumulated": work / energy_unit}
     if orbit_unit is not None:
-        seen = view(body, time, turning[:4], turning[4:], momentum_unit * state["momentum"])
+        seen = view(body, time, turning[:4], turning[4:])
         place, speed = body.companions.orbits
         change = two_way.pulls(body.mass, body.companions.mass, place) + two_way.pushes(seen)
         found["orbits"] = jnp.stack([speed, change]) / orbit_unit
@@ -270,13 +270,13 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array, orbits: Array 
     attitude alone. Where they follow the spin, or the body's axes turn in its matter, the equations of the effects
     alone are solved to order 6.
     """
-    turning, momentum, pushed = state.turning.value, state.angular_momentum.value, None
+    turning, pushed = state.turning.value, None
     if orbits is not None:
         body = replace(body, companions=two_way.Companions(body.companions.mass, orbits))
     if state.orbits is not None:
         body = accompanied(body, state.orbits.value)
     q, m = turning[:4], turning[4:]
-    seen = view(body, time, q, m, momentum)
+    seen = view(body, time, q, m)
     if state.orbits is not None:
         push = interval * two_way.pushes(seen)
         pushed = jnp.stack([jnp.zeros_like(push), push])
@@ -288,7 +288,7 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array, orbits: Array 
 
     def stage(number: Array, slopes: Array) -> Array:
         done = interval * (jnp.asarray(_STAGES)[number] @ slopes)
-        derivative = _besides_free(body, time, turning + done[:7], momentum + done[7:10])
+        derivative = _besides_free(body, time, turning + done[:7])
         return slopes.at[number].set(jnp.concatenate(derivative))
 
     slopes = jax.lax.fori_loop(0, len(_STAGES), stage, jnp.zeros((len(_STAGES), 10 + len(body.effects))))
@@ -296,11 +296,11 @@ def kick(body: Rigid, time: Array, state: Rotor, interval: Array, orbits: Array 
     return Kick(done[7:10], done[:7], _entered(body, time, done[10:]), pushed)
 
 
-def _besides_free(body: Rigid, time: Array, turning: Array, momentum: Array) -> Motion:
+def _besides_free(body: Rigid, time: Array, turning: Array) -> Motion:
     """The rates of change without those of the free body of fixed shape, which the splitting turns by itself."""
     m = turning[4:]
     beyond = jnp.zeros(3) if body.deformability is None else spin_in_body(body, time, m) - body.inverse * m
-    return _motion(body, time, turning, momentum, beyond, jnp.cross(m, beyond))
+    return _motion(body, time, turning, beyond, jnp.cross(m, beyond))
 
 
 def _euler(body: Rigid, time: Array, m: Array, turn: Array) -> Array:
@@ -315,14 +315,14 @@ def _entered(body: Rigid, time: Array, work: Array) -> Array:
     return work if body.change is None else jnp.concatenate([jnp.stack([size(body, time) * work.sum(), 0.0]), work])
 
 
-def _motion(body: Rigid, time: Array, turning: Array, momentum: Array, turn: Array, rate: Array) -> Motion:
+def _motion(body: Rigid, time: Array, turning: Array, turn: Array, rate: Array) -> Motion:
     """Rates of a body whose axes turn by `turn` (3,), in themselves, which gives m the rate, and by its effects."""
     q, m = turning[:4], turning[4:]
-    seen = view(body, time, q, m, momentum)
+    seen = view(body, time, q, m)
     torque, relative = torques(body, seen), relative_rotations(body, seen)
     beyond = in_body(q, relative.sum(axis=0))
     # A relative rotation does omega . (m x s) to the energy.
-    power = torque @ seen.angular_velocity + relative @ jnp.cross(seen.angular_velocity, momentum)
+    power = torque @ seen.angular_velocity + relative @ jnp.cross(seen.angular_velocity, seen.angular_momentum)
     rates = rate + jnp.cross(m, beyond) + in_body(q, torque.sum(axis=0))
     half = 0.5 * quaternion_product(q, jnp.concatenate([jnp.zeros(1), turn + beyond]))
     return Motion(jnp.concatenate([half, rates]), torque.sum(axis=0), power)

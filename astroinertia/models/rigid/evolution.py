@@ -327,7 +327,7 @@ class RigidBody:
         state, time = self.state, jnp.asarray(self._time)
         body = rigid.accompanied(self.body, None if state.orbits is None else state.orbits.value)
         m, momentum = state.momentum_in_body, state.angular_momentum.value
-        blow = effect.impulse(rigid.view(body, time, state.quaternion, m, momentum))
+        blow = effect.impulse(rigid.view(body, time, state.quaternion, m))
         if blow is None:
             return
         before = rigid.rotational_energy(body, time, m)
@@ -343,7 +343,7 @@ class RigidBody:
     def _ledgers(self, met: Met) -> Ledger:
         """Of each state, as numpy arrays."""
         padded = [None if rows is None else np.concatenate([rows, np.zeros((AT_ONCE - len(rows), *rows.shape[1:]))])
-                  for rows in (met.time, met.turning, met.momentum, met.orbits)]  # fmt: skip
+                  for rows in (met.time, met.turning, met.orbits)]  # fmt: skip
         return jax.tree.map(lambda rows: np.asarray(rows)[: len(met.time)], ledgers(self.body, *padded, len(met.time)))
 
     def _energies(self, ledger: Ledger) -> tuple[np.ndarray, np.ndarray]:

@@ -146,7 +146,7 @@ def present_pace(body: Rigid, course: Course, until: Array) -> Array:
         mass, orbits = body.companions.mass, state.orbits.value
         pair = two_way.fastest_pair(mass, orbits)
         body = rigid.accompanied(body, two_way.at_pericentres(body.mass, mass, orbits))
-    pace = jnp.maximum(rigid.pace(body, course.time, state.turning.value, state.angular_momentum.value), pair)
+    pace = jnp.maximum(rigid.pace(body, course.time, state.turning.value), pair)
     if body.change is None:
         return pace
     shares = np.linspace(0.0, 1.0, _SIZES_LOOKED_AT)

@@ -50,10 +50,8 @@ class Ledger(NamedTuple):
 
 
 @brief
-def ledgers(
-    body: Rigid, time: Array, turning: Array, momentum: Array, orbits: Array | None, count: Array
-) -> Ledger:  # fmt: skip
-    """What the record says of the first `count` of states (N,), (N, 7), (N, 3); number leading, zeros after them.
+def ledgers(body: Rigid, time: Array, turning: Array, orbits: Array | None, count: Array) -> Ledger:
+    """What the record says of the first `count` of states (N,), (N, 7); number leading, zeros after them.
 
     orbits: of companions that the body acts on, in each state, else None.
 
@@ -62,7 +60,7 @@ def ledgers(
 
     def of(number: Array) -> Ledger:
         present = rigid.accompanied(body, None if orbits is None else orbits[number])
-        return _ledger(present, time[number], turning[number], momentum[number])
+        return _ledger(present, time[number], turning[number])
 
     empty = jax.tree.map(lambda one: jnp.zeros((len(time), *one.shape), one.dtype), jax.eval_shape(of, 0))
     return jax.lax.fori_loop(
@@ -70,9 +68,9 @@ def ledgers(
     )
 
 
-def _ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger:
-    moments, rates = _moments_and_rates(body, time, turning, momentum)
-    seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
+def _ledger(body: Rigid, time: Array, turning: Array) -> Ledger:
+    moments, rates = _moments_and_rates(body, time, turning)
+    seen = rigid.view(body, time, turning[:4], turning[4:])
     # From torques about the pivot to tensors about the centre of mass: the reaction acts at -place.
     force = body.mass * rates.velocity
     own = [_virial(effect, seen) for effect in body.effects]
@@ -93,17 +91,16 @@ def _ledger(body: Rigid, time: Array, turning: Array, momentum: Array) -> Ledger
     )
 
 
-def _moments_and_rates(body: Rigid, time: Array, turning: Array, momentum: Array) -> tuple[Moments, Moments]:
-    derivative = rigid.motion(body, time, turning, momentum)
-    along = (jnp.ones_like(time), derivative.turning, derivative.angular_momentum)
-    return jax.jvp(partial(_moments, body), (time, turning, momentum), along)
+def _moments_and_rates(body: Rigid, time: Array, turning: Array) -> tuple[Moments, Moments]:
+    derivative = rigid.motion(body, time, turning)
+    return jax.jvp(partial(_moments, body), (time, turning), (jnp.ones_like(time), derivative.turning))
 
 
-def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Moments:
+def _moments(body: Rigid, time: Array, turning: Array) -> Moments:
     q, m = turning[:4], turning[4:]
     axes, spin = attitude_of_quaternion(q), rigid.spin_in_body(body, time, m)
     second = _second_moment(body, time, m)
-    turn, swell = cross_matrix(spin), _swell(body, time, turning, momentum, second)
+    turn, swell = cross_matrix(spin), _swell(body, time, turning, second)
     mixed, kinetic = second @ turn.T, turn @ second @ turn.T
     if swell is not None:
         mixed, cross = mixed + swell, turn @ swell
@@ -122,16 +119,16 @@ def _moments(body: Rigid, time: Array, turning: Array, momentum: Array) -> Momen
     return Moments(second, mixed, kinetic, axes.T @ place, axes.T @ velocity)
 
 
-def _swell(body: Rigid, time: Array, turning: Array, momentum: Array, second: Array) -> Array | None:
+def _swell(body: Rigid, time: Array, turning: Array, second: Array) -> Array | None:
     """What P has besides rotation, in the principal axes: half the change of Q there, and relative rotation."""
     swell = None
     if body.change is not None or body.deformability is not None:
-        rates = rigid.motion(body, time, turning, momentum)
+        rates = rigid.motion(body, time, turning)
         shape = partial(_second_moment, body)
         swell = 0.5 * jax.jvp(shape, (time, turning[4:]), (jnp.ones_like(time), rates.turning[4:]))[1]
     if any(dissipates(effect) for effect in body.effects):
         # The figure turns in matter that has no part in that turn.
-        seen = rigid.view(body, time, turning[:4], turning[4:], momentum)
+        seen = rigid.view(body, time, turning[:4], turning[4:])
         relative = cross_matrix(rigid.in_body(turning[:4], rigid.relative_rotations(body, seen).sum(axis=0)))
         turned = 0.5 * (relative @ second + second @ relative.T)
         swell = turned if swell is None else swell + turned

@@ -344,7 +344,7 @@ def _distant_sums(block: BlockStep) -> Sums:
 
 
 def refuse_unsaid_whole(problem: Problem, state: State) -> None:
-    """SceneError where an acceleration of the user's own depends on particles that need not be due, and does not say so.
+    """SceneError where an acceleration of the user's own depends on particles that need not be due, unsaid.
 
     What it gives to every other particle, asked for these alone, is then not what it gives them among all.
     """
@@ -355,7 +355,8 @@ def refuse_unsaid_whole(problem: Problem, state: State) -> None:
     for effect in problem.effects:
         if effect.whole_body or type(effect).__module__.startswith("astroinertia."):
             continue
-        among, again, alone = (effect.acceleration(problem.engine.xp, seen) for seen in (fluid, fluid, some))
+        given: Any = [effect.acceleration(problem.engine.xp, seen) for seen in (fluid, fluid, some)]
+        among, again, alone = given
         if among is None or not np.array_equal(among, again):  # one that is random says nothing
             continue
         if not np.allclose(among[::2], alone, rtol=0.0, atol=SAME * float(abs(among).max())):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from astroinertia.inertia.prescribed import change
@@ -112,6 +113,26 @@ def test_a_dipole_in_vacuum_brakes_and_aligns_its_star(settings):
 
     assert (elapsed(2.0) - elapsed(rate)) / strength == pytest.approx(5.0, rel=1e-10)
     accounted(run)
+
+
+@pytest.mark.parametrize("settings", [SPLITTING, ADAPTIVE], ids=["splitting", "adaptive"])
+def test_dissipation_in_what_is_nearly_a_sphere_follows_its_own_equation(settings):
+    """L and omega are so nearly parallel that what they are each rounded to would turn the body's axes, and did."""
+    inverse = 1.0 / np.array([1.0, 1.0 + 1e-7, 1.0 + 2e-7])
+    excess = 0.5 * (inverse[0] + inverse[1]) - inverse[2]
+
+    def slope(time, m):  # m x (omega + s), by the differences of inverse moments
+        across = np.array([(inverse[2] - inverse[1]) * m[1] * m[2], (inverse[0] - inverse[2]) * m[2] * m[0],
+                           (inverse[1] - inverse[0]) * m[0] * m[1]])  # fmt: skip
+        return across + np.cross(m, across) / (m @ m * excess)
+
+    blows = effect("impulses", angular_momentum=[1.0, 0.0, 0.0], time=NEVER, every=1.0)
+    start = np.array([1e-3, 1.0, 1e-4])
+    run = under_way(1.0 / inverse, start, blows, effect("internal_dissipation", time_scale=1.0), settings=settings)
+    run.advance(8.0)
+    exact = solve_ivp(slope, (0.0, 8.0), start / inverse, method="DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
+    assert attitude(run) @ momentum(run) == pytest.approx(exact, abs=1e-8)
+    assert momentum(run) == pytest.approx(start / inverse, abs=1e-14)
 
 
 @both

@@ -79,7 +79,7 @@ def test_accelerations_are_those_of_rebound_where_the_body_is_a_sphere():
             bodies = system(*more)
             ball = coupled(bodies, np.full(3, 4e-4), QUATERNION, MOMENTUM, Settings())
             body = rigid.accompanied(ball.body, ball.state.orbits.value)
-            seen = rigid.view(body, 0.0, QUATERNION, MOMENTUM, MOMENTUM)
+            seen = rigid.view(body, 0.0, QUATERNION, MOMENTUM)
             there = accelerations(bodies)
             found = two_way.pulls(body.mass, body.companions.mass, body.companions.orbits[0])
             np.testing.assert_allclose(found, there[1:] - there[0], rtol=1e-13, atol=1e-15)
