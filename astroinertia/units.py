@@ -132,7 +132,7 @@ def dimension_of(name: str | Dimension) -> Dimension:
     if isinstance(name, Dimension):
         return name
     if name not in DIMENSIONS:
-        raise SceneError(f"there is no dimension named '{name}'.")
+        raise SceneError(f"there is no dimension named '{name}': there are {', '.join(DIMENSIONS)}.")
     return DIMENSIONS[name]
 
 

@@ -215,7 +215,11 @@ class Effect(ParticleParts, AffineParts, RigidParts):
         return ()
 
     def during(self, start: float, end: float) -> Self:
-        """The effect as it is between two breaks, the ends included: the same, with other numbers."""
+        """The effect as it is up to the next break, at `end`, the ends included: the same, with other numbers.
+
+        Asked where a break is to come in the stretch at hand. Else the parts of the effect itself say, by the time,
+        whether it acts: at a break as after it.
+        """
         return self
 
     def in_units(self, units: CodeUnits) -> Self:

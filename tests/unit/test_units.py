@@ -12,7 +12,7 @@ from hypothesis import given, strategies as st
 
 from astroinertia import units
 from astroinertia.errors import SceneError
-from astroinertia.units import DIMENSIONS, EXAMPLES, CodeUnits, Dimension, quantity
+from astroinertia.units import DIMENSIONS, EXAMPLES, CodeUnits, Dimension, dimension_of, quantity
 from tests.sims import SIMS
 
 GOOD = [
@@ -75,6 +75,11 @@ def test_bad_quantities_are_refused_in_a_sentence(text, message):
     assert str(caught.value).endswith(".")
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) < 200
+
+
+def test_a_dimension_that_has_no_name_is_refused_with_those_that_have():
+    with pytest.raises(SceneError, match=r"no dimension named 'specific power': there are .* specific_power, .*"):
+        dimension_of("specific power")
 
 
 def test_units_of_most_scenes_are_those_of_astropy_to_the_last_bit(monkeypatch):
