@@ -361,6 +361,7 @@ class WholeHerd(Herd):
     whole_body: ClassVar[bool] = True
 
 
+@pytest.mark.slow
 def test_what_depends_on_particles_that_are_not_due_says_so_or_is_refused(tmp_path) -> None:
     scene = loads(SCENE.replace("[numerics]", '[numerics]\ntimesteps = "individual"').replace("end = 1.0", "end = 0.1"))
     with pytest.raises(SceneError, match=r"'herd' gives to a particle depends on others, .* whole_body = True"):
@@ -591,6 +592,7 @@ class Friction(Effect):
         return -self.c * body.angular_velocity
 
 
+@pytest.mark.slow
 def test_a_torque_of_ones_own_may_follow_the_spin_in_both_integrators(tmp_path: Path) -> None:
     body = '[body]\nkind = "rigid"\nmass = 1.0\nradius = 1.0\nmoment_ratios = [0.4, 0.4, 0.5]\n'
     text = f'name = "slow"\nmodel = "rigid"\nunits = "code"\n{body}rotation = {{rate = 1.0}}\n[effects]\n'
