@@ -1,7 +1,4 @@
-"""What settings will take, guessed from those already run.
-
-Tests: tests/unit/accuracy/test_budget.py.
-"""
+"""What settings will take, guessed from those already run."""
 
 import math
 from collections.abc import Mapping

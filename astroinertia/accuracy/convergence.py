@@ -1,7 +1,6 @@
 """Orders of convergence from a few errors, and what they extrapolate to: pure functions of arrays.
 
 Steps r (n,) are whatever an error goes as a power of: a time step, a tolerance, N^(-1/3).
-Tests: tests/unit/accuracy/test_convergence.py.
 """
 
 from typing import Any, NamedTuple

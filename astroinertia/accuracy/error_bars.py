@@ -9,7 +9,7 @@ Computing, ch. 8). Each component has its own bar. Errors of particles also scat
 difference crosses zero an accurate one, nor a component that vanishes in both runs free of error: there no bar is below
 a tenth of the largest size that the estimate, of a vector or tensor as a whole, had since half of the time. Errors of
 differential equations are smooth functions of the step, and are small where the difference from a finer run is. Sources
-of error add up, and what rounding leaves of so many steps is added. Tests: tests/unit/accuracy/test_error_bars.py.
+of error add up, and what rounding leaves of so many steps is added.
 """
 
 from collections import deque

@@ -1,7 +1,6 @@
 """What a ladder of runs says of its own errors: pure functions of arrays.
 
 values (n, K) are an observable at steps (n,), whatever its error goes as a power of.
-Tests: tests/unit/accuracy/test_estimates.py.
 """
 
 import math

@@ -1,7 +1,6 @@
 """Which settings are worth their cost: the Pareto front of error against cost, and its knee.
 
 Pure functions of arrays (n,), smaller being better in both; NaN counts as not measured.
-Tests: tests/unit/accuracy/test_frontier.py.
 """
 
 import numpy as np

@@ -1,7 +1,6 @@
 """The accuracy knobs of a scene, by model: what may be turned, to which values, and the order that theory gives.
 
 Every knob is given by `--set` overrides, so that what is measured is a scene that anyone can run.
-Tests: tests/unit/accuracy/test_knobs.py.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Bodies that cannot be, refused before anything is prepared: in one sentence, with the limit.
 
-Imports no engine, so that plans refuse them at once. Tests: tests/unit/build/test_refusals.py.
+Imports no engine, so that plans refuse them at once.
 """
 
 import math

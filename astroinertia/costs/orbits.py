@@ -1,7 +1,4 @@
-"""What it takes to find the orbits of companions, which are in a table before the first step (rotation.ephemeris).
-
-Tests: tests/unit/costs/test_orbits.py.
-"""
+"""What it takes to find the orbits of companions, which are in a table before the first step (rotation.ephemeris)."""
 
 import math
 

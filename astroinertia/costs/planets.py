@@ -1,7 +1,7 @@
 """A planet of layers at rest, as spherical shells in balance: its density and its speed of sound, to count steps by.
 
 Each shell is on the isentrope of its layer, at the pressure that the weight of those above it asks for. The planet that
-is placed is solved for much more closely (bodies.hydrostatic, with JAX). Tests: tests/unit/costs/test_planets.py.
+is placed is solved for much more closely (bodies.hydrostatic, with JAX).
 """
 
 import math

@@ -2,7 +2,6 @@
 
 Measured (tests/benchmarks/results/processes.md): of a step of Evrard's cloud with 20,000 particles, one process of two
 has 0.63 (mixed) and 0.57 (float64) of the processor time of one alone, one of four 0.45 and 0.36.
-Tests: tests/unit/costs/test_processes.py.
 """
 
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """Processor time of runs on the machine that the package's own figures are of: the same numbers on every machine.
 
-What is chosen by them is the same everywhere. Tests: tests/unit/costs/test_reference.py.
+What is chosen by them is the same everywhere.
 """
 
 from contextlib import suppress

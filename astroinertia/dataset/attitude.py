@@ -1,7 +1,7 @@
 """What follows from the attitude and the angular momentum of a rigid body: obliquity, precession, wobble, settling.
 
 Series are in the units of their ingredients; what is one number of a run is an attribute of a series, in SI, with its
-meaning beside it. Tests: tests/unit/dataset/test_attitude.py.
+meaning beside it.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Whether a run's ledger closes, in sentences that name the figure. Tests: tests/unit/dataset/test_bounds.py.
+"""Whether a run's ledger closes, in sentences that name the figure.
 
 Measured: over the scenes of sims/ the closure stays below 1e-12 and over the hard cases below 1e-8; the mismatch of
 virial tensors is round-off, and up to 1e-4 for gravity by multipoles; the energy is kept to 6e-3 of the largest energy.

@@ -1,7 +1,4 @@
-"""What a method of `ds.inertia` says of a run, said of every member of a sweep at once.
-
-Tests: tests/unit/dataset/test_by_member.py.
-"""
+"""What a method of `ds.inertia` says of a run, said of every member of a sweep at once."""
 
 from collections.abc import Callable, Mapping
 from functools import wraps

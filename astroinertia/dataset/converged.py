@@ -2,7 +2,6 @@
 
 A run is recognised by the physics of its scene: bodies, matter, effects, companions, sinks and box. Numerical devices
 and choices, such as the number of particles, the kernel, steps, seed, end and outputs, are what the distance is about.
-Tests: tests/unit/dataset/test_converged.py.
 """
 
 import math

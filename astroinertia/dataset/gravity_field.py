@@ -1,7 +1,4 @@
-"""Gravity fields as variables of a dataset, and those of a run: of the particles of its snapshots, or of its layers.
-
-Tests: tests/unit/dataset/test_gravity_field.py.
-"""
+"""Gravity fields as variables of a dataset, and those of a run: of the particles of its snapshots, or of its layers."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -2,7 +2,7 @@
 
 A model that keeps the profile of a body has its surface in the second moments; of particles it is the ellipsoid that
 encloses 99 % of the mass, enlarged so that it has the radius of the initial body at the start. Pure functions of arrays
-with time leading, in consistent units. Tests: tests/unit/dataset/test_radii.py.
+with time leading, in consistent units.
 """
 
 from collections.abc import Mapping

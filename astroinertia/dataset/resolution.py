@@ -1,7 +1,4 @@
-"""What a run resolved too coarsely, in sentences that say what to change.
-
-Tests: tests/unit/dataset/test_resolution.py.
-"""
+"""What a run resolved too coarsely, in sentences that say what to change."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""How large a quantity gets. Tests: tests/unit/dataset/test_sizes.py."""
+"""How large a quantity gets."""
 
 from typing import Any
 

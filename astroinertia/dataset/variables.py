@@ -1,4 +1,4 @@
-"""Variables as xarray takes them, each with its unit and what it is. Tests: tests/unit/dataset/test_variables.py."""
+"""Variables as xarray takes them, each with its unit and what it is."""
 
 from collections.abc import Hashable, Iterable, Mapping
 from typing import Any

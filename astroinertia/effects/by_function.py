@@ -2,7 +2,6 @@
 
 The function is called on NumPy arrays, whatever the engine: from compiled programs by a callback to the host. What it
 does wrong there is kept until the run looks (effects.failures.failures_said), for JAX would print it with a traceback.
-Tests: tests/unit/effects/test_by_function.py.
 """
 
 import copyreg

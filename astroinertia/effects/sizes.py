@@ -2,7 +2,7 @@
 
 Upper estimates, within a factor of MARGIN: what is secular grows with the run, what a collapse makes large counts as
 soon as the run is as long as the fall. How each is found stands beside its options, in its module of
-effects.kinds. Tests: tests/unit/effects/test_sizes.py.
+effects.kinds.
 """
 
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ theorem the integral of one over a simplex with corners a, b, ... follows from t
 over the simplex without a: (l + k) S_l(a, b, ...) = S_l(b, ...) + a . grad S_(l-1)(a, b, ...), k its dimension. That is
 exact, and stable: with normalised harmonics no factor exceeds 1 for corners within R. Sources: Werner 1997, Computers
 & Geosciences 23, 1071, and Jamet & Thomas 2004, Proc. 2nd GOCE workshop, for polyhedra by recursion; Hofmann-Wellenhof
-& Moritz 2006, Physical Geodesy, sections 2.5 to 2.10. Tests: tests/unit/inertia/test_gravity_field.py.
+& Moritz 2006, Physical Geodesy, sections 2.5 to 2.10.
 """
 
 import math

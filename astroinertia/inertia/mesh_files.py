@@ -3,7 +3,6 @@
 Faces of more corners become fans of triangles about their first. A file that ends early is refused, also where what is
 left of it is closed, as of several bodies. Formats: Wavefront's "Object Files (.obj), version 3.0", Geomview's manual
 ("OFF files"), Turk 1994, "The PLY Polygon File Format", 3D Systems' "StereoLithography Interface Specification" (1988).
-Tests: tests/unit/inertia/test_mesh_files.py.
 """
 
 import io

@@ -1,7 +1,7 @@
 """Posterior samples in the layout that ArviZ reads: a DataTree with the groups of its InferenceData schema.
 
 Source: the InferenceData schema specification (python.arviz.org, "InferenceData schema specification"). ArviZ itself is
-not needed for it: a DataTree is xarray's. Tests: tests/unit/interop/test_arviz.py.
+not needed for it: a DataTree is xarray's.
 """
 
 from datetime import UTC, datetime

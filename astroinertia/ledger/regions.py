@@ -7,7 +7,7 @@ those particles relative to the centre before, and s = +1 for one that enters an
     dQ = sum s m x (x) x - M' d (x) d    dP = sum s m x (x) v - M' d (x) u    dK = sum s m v (x) v - M' u (x) u,
 
 where M' is the mass afterwards, d = sum s m x / M' how far the centre is then from where it was, and u the change of
-its velocity. Tests: tests/unit/ledger/test_regions.py.
+its velocity.
 """
 
 from collections.abc import Sequence

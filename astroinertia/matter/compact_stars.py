@@ -7,7 +7,6 @@ geometric, G = c = Msun = 1, in everything but the arguments that are named othe
 `geometric_pressure`).
 
 Sources: Read, Lackey, Owen & Friedman 2009, PRD 79, 124032; Lindblom 1992, ApJ 398, 569.
-Tests: tests/unit/matter/test_compact_stars.py.
 """
 
 import math

@@ -8,7 +8,7 @@ power law P = K rho0^gamma is reproduced exactly. Two rows of one pressure are a
 jumps.
 
 Sources: Swesty 1996, J. Comput. Phys. 127, 118 (consistency by construction); Fritsch & Carlson 1980, SIAM J. Numer.
-Anal. 17, 238 (monotone cubics). Tests: tests/unit/matter/test_compact_tables.py.
+Anal. 17, 238 (monotone cubics).
 """
 
 import math

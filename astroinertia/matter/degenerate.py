@@ -5,7 +5,7 @@ eta = (m_e/(mu_e m_u)) ((1 + x^2)^(1/2) - 1), so that x and all else follow from
 (a few per cent of the pressure) are left out. Units are geometric, G = c = Msun = 1.
 
 Source: Chandrasekhar 1935, MNRAS 95, 207; Shapiro & Teukolsky 1983, Black Holes, White Dwarfs and Neutron Stars,
-section 2.3. Tests: tests/unit/matter/test_degenerate.py.
+section 2.3.
 """
 
 import math

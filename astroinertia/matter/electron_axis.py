@@ -8,7 +8,6 @@ density. As a bicubic spline of x and Y it is differentiated,
 so that what captured electrons free is to rounding what the pressure lacks by them, whatever the table's errors. The
 electrons of warm matter differ from cold ones by 2/3 (pi T/mu_e)^2 of their pressure, whose change along Y is left out.
 Beyond its densities and fractions f goes on linearly.
-Tests: tests/unit/matter/test_electron_axis.py.
 """
 
 from dataclasses import dataclass, field, replace

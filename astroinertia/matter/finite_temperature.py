@@ -9,7 +9,6 @@ At one electron fraction, ln P and ln(u + energy_shift) are cubic in ye and in l
 one density P is a cubic of u in each cell of temperature, with the slopes of central differences. Matter hotter than
 the table has P go on linearly in u, colder matter has the pressure of the coldest. isentropes.py makes of that a fluid
 of exact thermodynamics, whatever the table's errors: its entropy is not asked for, but tells how large they are.
-Tests: tests/unit/matter/test_finite_temperature.py.
 """
 
 from collections.abc import Callable

@@ -7,7 +7,6 @@ for code of JAX and compute in its precision, 32 bits if nothing else is set; th
 
 Sources: Birch 1947, Phys. Rev. 71, 809; Vinet et al. 1989, J. Phys. Condens. Matter 1, 1941; Murnaghan 1944, PNAS 30,
 244; Seager et al. 2007, ApJ 669, 1279. Tillotson's equation is in tillotson.py.
-Tests: tests/unit/matter/test_planetary.py.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,7 @@ or JAX. The Maxwell time is viscosity over rigidity. Frozen with their constants
 layers of `bodies.love_numbers` take.
 
 Sources: Andrade 1910, Proc. R. Soc. A 84, 1; Castillo-Rogez, Efroimsky & Lainey 2011, JGR 116, E09008; Renaud & Henning
-2018, ApJ 857, 98, of all. Tests: tests/unit/matter/test_rheology.py.
+2018, ApJ 857, 98, of all.
 """
 
 import math

@@ -5,7 +5,6 @@ density and either energy or another quantity, such as temperature, that the ene
 density has as many rows as every other. Between them P/rho is linear in u at each of the two densities beside, and then
 in ln rho, which makes an ideal gas exact; beyond the energies of a density it goes on linearly. Columns temperature and
 sound_speed may be there; they follow from the rest, and are not used.
-Tests: tests/unit/matter/test_table_equation.py.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Quantities of the headline series: each a row of quantities.csv, with what it is and why models lack it.
 
 A model says what it knows of its body (BodyState) and what it has of its own; all that follows from the former is
-worked out here, for all models alike. Tests: tests/unit/observables/test_quantities.py.
+worked out here, for all models alike.
 """
 
 from collections.abc import Callable, Mapping

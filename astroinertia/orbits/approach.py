@@ -1,6 +1,6 @@
 """How near companions come to a body on the orbits about it that they begin with.
 
-Plain arrays of code units, and no REBOUND. Tests: tests/unit/orbits/test_approach.py.
+Plain arrays of code units, and no REBOUND.
 """
 
 import math

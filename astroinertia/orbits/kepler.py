@@ -1,6 +1,6 @@
 """Kepler's equation: where a body on an ellipse, a parabola or a hyperbola is at a given time.
 
-Functions of NumPy or JAX arrays (xp). Tests: tests/unit/orbits/test_kepler.py.
+Functions of NumPy or JAX arrays (xp).
 """
 
 import math

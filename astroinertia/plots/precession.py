@@ -1,6 +1,6 @@
 """How a planet's axis goes round and nods, what turns it by how much, and what makes up the period of its wobble.
 
-For the Datasets of `studies.precession` and `studies.obliquity`. Tests: tests/unit/plots/test_precession.py.
+For the Datasets of `studies.precession` and `studies.obliquity`.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Linear algebra in one thread: small matrices take tens of times longer where several threads share each of them.
 
 Threads of BLAS wait for one another in a busy loop, which other work on the machine draws out. The limit holds for
-libraries that are loaded when a function is called, and only while it runs. Tests: tests/unit/process/test_blas.py.
+libraries that are loaded when a function is called, and only while it runs.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,4 @@
-"""How many of the machine's cores this process may use.
-
-Test: tests/unit/process/test_cores.py.
-"""
+"""How many of the machine's cores this process may use."""
 
 import os
 

@@ -2,7 +2,6 @@
 
 By default glibc hands large pieces back to the system, which clears each page when it is taken once more: of a
 million particles that takes 5 to 7 % of a step, all on one thread, and keeping it a fifteenth more memory at the peak.
-Tests: tests/unit/process/test_freed_memory.py.
 """
 
 import ctypes

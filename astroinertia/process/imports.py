@@ -1,7 +1,4 @@
-"""What is done as soon as a package is imported, whoever imports it: nothing waits for it until then.
-
-Tests: tests/unit/process/test_imports.py.
-"""
+"""What is done as soon as a package is imported, whoever imports it: nothing waits for it until then."""
 
 import sys
 from collections.abc import Callable

@@ -5,7 +5,6 @@ another, it may stop the process (SIGILL). Here each kind of processor has a fol
 this very processor XLA says, at length, that they may not suit it, because it counts preferences in tuning among the
 features of a processor (github.com/openxla/xla, issue 44565). In folders that are apart this is never true, and it is
 not shown.
-Tests: tests/unit/process/test_kept_programs.py.
 """
 
 import hashlib

@@ -1,7 +1,4 @@
-"""Numbers of which nothing follows unless they are above zero.
-
-Test: tests/unit/process/test_positive.py.
-"""
+"""Numbers of which nothing follows unless they are above zero."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
 """What functions of the library do with arguments that have units, and with wrong ones: one decorator.
 
 An argument is known by its name, and the names are the same everywhere. Results are numbers: in SI where what was given
-had units. Tests: tests/unit/process/test_quantities.py.
+had units.
 """
 
 import functools

@@ -1,7 +1,4 @@
-"""How long parts of a run take: functions are watched while somebody wants to know, and are as they were afterwards.
-
-Tests: tests/unit/process/test_stopwatch.py.
-"""
+"""How long parts of a run take: functions are watched while somebody wants to know, and are as they were afterwards."""
 
 import functools
 import time

@@ -1,7 +1,4 @@
-"""Vectors that have all of their components: a number in place of one would be taken for each of them.
-
-Test: tests/unit/process/test_vectors.py.
-"""
+"""Vectors that have all of their components: a number in place of one would be taken for each of them."""
 
 from typing import Any
 

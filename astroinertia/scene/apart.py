@@ -1,4 +1,4 @@
-"""Effects that cannot be listed together, and why, in words. Tests: tests/unit/scene/test_apart.py."""
+"""Effects that cannot be listed together, and why, in words."""
 
 from collections.abc import Mapping
 from typing import Any

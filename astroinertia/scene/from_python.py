@@ -1,7 +1,4 @@
-"""A scene that is written in Python: its tables as TOML has them, and its text, which is read as that of any file.
-
-Tests: tests/unit/scene/test_from_python.py.
-"""
+"""A scene that is written in Python: its tables as TOML has them, and its text, which is read as that of any file."""
 
 import os
 from collections.abc import Mapping

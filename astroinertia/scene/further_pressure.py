@@ -1,7 +1,4 @@
-"""What effects add to the pressure of matter, of a scene that is not yet built.
-
-Tests: tests/unit/scene/test_further_pressure.py.
-"""
+"""What effects add to the pressure of matter, of a scene that is not yet built."""
 
 from collections.abc import Callable
 

@@ -1,7 +1,4 @@
-"""Characteristic numbers of a particle table, from the particles themselves, in the units of its scene.
-
-Tests: tests/unit/scene/test_table_numbers.py.
-"""
+"""Characteristic numbers of a particle table, from the particles themselves, in the units of its scene."""
 
 from functools import lru_cache
 from pathlib import Path

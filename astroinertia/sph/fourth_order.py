@@ -18,8 +18,6 @@ sum_i m_i u(rho_i g_i), with rho h^3 = m eta^3 as for Springel & Hernquist (2002
 
     a_i = -sum_j m_j [s_i dW_i + c_i r d2W_i + s_j dW_j + c_j r d2W_j] rhat,
     s = P/(rho g)^2 (g + g' C/(6 rho))/Omega,   c = P/(rho g)^2 g'/2,   C = sum_j m_j r^2 d2W/dr^2.
-
-Tests: tests/unit/sph/test_fourth_order.py.
 """
 
 LIMIT = 0.5

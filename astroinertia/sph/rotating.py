@@ -3,7 +3,7 @@
 A point of the unit ball at mass fraction f of a spherical profile, in direction mu = cos(angle from the axis), goes to
 the direction below which the star has as much of its mass as the ball has below mu, and there to the radius that
 encloses the fraction f of the mass along that direction (the map of Knothe 1957, Michigan Math. J. 4, 39). Surfaces go
-to surfaces, every piece keeps its mass, and no noise is added. Tests: tests/unit/sph/test_rotating.py.
+to surfaces, every piece keeps its mass, and no noise is added.
 """
 
 import numpy as np

@@ -4,7 +4,6 @@ Format: the native binary format of Phantom's documentation ("dumpfile"), which 
 between two tags with its length; a header of tagged values by type; blocks of tagged arrays, the second of them sinks.
 A dump has masses by type of particle, halved at each level of adaptive refinement, marks particles that a sink has
 accreted or that are dead by h <= 0, and sinks that were merged by m <= 0.
-Tests: tests/unit/sph/test_table_phantom.py.
 """
 
 import os

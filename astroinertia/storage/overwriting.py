@@ -1,7 +1,4 @@
-"""Which files may be written over: none that is being read, and only such as are of the kind that is written.
-
-Tests: tests/unit/storage/test_overwriting.py.
-"""
+"""Which files may be written over: none that is being read, and only such as are of the kind that is written."""
 
 import stat
 from pathlib import Path

@@ -4,7 +4,6 @@ The columns, such as mass, x, y, z of particles, stand at the root, or in the on
 those names, or with position and velocity of shape (N, 3) instead; or as the fields of one structured dataset, as
 astropy and PyTables write them. Units of a column are its attribute `units`, or what astropy keeps beside a structured
 dataset. Other datasets are passed over. Links to other files are not followed.
-Tests: tests/unit/storage/test_table_hdf5.py.
 """
 
 import re

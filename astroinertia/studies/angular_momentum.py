@@ -2,7 +2,6 @@
 
 Where no torque moves angular momentum from one ring of matter to another, as in an axisymmetric collapse without
 viscosity, every ring keeps its own and the spectrum stays what it was (Mestel 1963, MNRAS 126, 553).
-Test: tests/unit/studies/test_angular_momentum.py.
 """
 
 import numpy as np

@@ -5,7 +5,6 @@ iron, forsterite or ice, and uncompressed densities that are found, together wit
 moment and the assumed mean density. This takes away what makes uniform cores of large bodies too large. Phase changes
 and temperature are left out, which the found uncompressed densities take up in part: a body as large as the Earth, with
 its dense lower mantle, is beyond this model.
-Tests: tests/unit/studies/test_compressed_core.py.
 """
 
 from dataclasses import dataclass, replace

@@ -9,7 +9,6 @@ forsterite (above 2000) or of ice VII; a crust stays uniform. A third layer: the
 denser by a tenth, as across 660 km in PREM (Dziewonski & Anderson 1981, PEPI 25, 297). Neither is known of a body of
 which only a ratio is known: the sum of both is how wrong uniform layers may be. It is the whole error for the Earth
 (-321 of -327 km), and with the errors of the inputs covers the published cores of Mars, the Moon and Mercury.
-Tests: tests/unit/studies/test_core_model_error.py.
 """
 
 from collections.abc import Callable

@@ -1,6 +1,6 @@
 """What a tidal disruption leaves: the orbital energies of the debris, and what holds together.
 
-Orbital energies are in the code units of the run, with G = 1. Tests: tests/unit/studies/test_debris.py.
+Orbital energies are in the code units of the run, with G = 1.
 """
 
 from types import SimpleNamespace

@@ -2,7 +2,6 @@
 
 Uniform bodies are Maclaurin spheroids, exact; layers and polytropes are solved by the theory of figures to round-off
 (bodies.figures), with the first-order answer of Clairaut's equation beside it for layers.
-Tests: tests/unit/studies/test_flattening.py.
 """
 
 import math

@@ -2,7 +2,6 @@
 
 The body is the largest clump of condensed particles in contact. To the planet belongs whatever is bound to it and has
 an orbit that meets it: to fall back nothing hinders but pressure, of which rarefied matter has next to none.
-Tests: tests/unit/studies/test_impact_remnant.py.
 """
 
 import math

@@ -4,7 +4,6 @@ The layers are solved exactly from mean density, moment ratio and one more numbe
 that what is measured best is a coordinate of the sampling and not a thin curved sheet in it. The prior is flat in those
 coordinates but for what `assumed` says. Fluid responses (love_number, zonal_harmonic_2, flattening) come from
 Clairaut's equation for the layers: an elastic tidal k2 is not one of them and must not be given as such.
-Tests: tests/unit/studies/test_interior_inference.py.
 """
 
 import math

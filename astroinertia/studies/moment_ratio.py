@@ -2,7 +2,6 @@
 
 Three models stand beside what is published: the polytrope with the same I/(M R^2), a uniform core in a uniform mantle
 (and a crust where it is known), and hydrostatic equilibrium, which turns J2 and the spin into a ratio.
-Tests: tests/unit/studies/test_moment_ratio.py.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""The inertia of what a file holds - particles, a mesh, a snapshot of a run - in one call: a file in, xarray out.
-
-Tests: tests/unit/studies/test_moments.py.
-"""
+"""The inertia of what a file holds - particles, a mesh, a snapshot of a run - in one call: a file in, xarray out."""
 
 import functools
 import inspect

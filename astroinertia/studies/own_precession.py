@@ -16,7 +16,6 @@ L = m a^2 n (1 - e^2)^(1/2), and D of two moons as B, of the outer one on the in
 ratio r of their axes, by which two rings in nearly one plane turn each other more strongly than far ones (Murray &
 Dermott 1999, Solar System Dynamics, (7.11)).
 Averages over orbits, over the nodes of inclined ones and over the pericentres of eccentric moons.
-Tests: tests/unit/studies/test_own_precession.py.
 """
 
 import math

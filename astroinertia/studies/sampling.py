@@ -2,7 +2,6 @@
 
 Sources: Goodman & Weare 2010, CAMCoS 5, 65; Foreman-Mackey et al. 2013, PASP 125, 306 (emcee); Gelman et al. 2013,
 Bayesian Data Analysis, sect. 11.4 (R-hat of split chains); Sokal 1996 (autocorrelation time).
-Tests: tests/unit/studies/test_sampling.py.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,7 +1,6 @@
 """Spins along time in one call: a pulsar that brakes, a planet or young star that contracts, a cloud that makes a disc.
 
 Quantities are given as text with a unit ("33 ms") or as numbers in SI; datasets are in SI.
-Tests: tests/unit/studies/test_spin_histories.py.
 """
 
 import math

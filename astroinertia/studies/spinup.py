@@ -1,7 +1,6 @@
 """Spin-up in one call: a scene by any model with its limits of rotation, a core that becomes a neutron star, shells.
 
 Quantities are given as text with a unit ("1.4 Msun") or as numbers in SI; datasets are in SI.
-Tests: tests/unit/studies/test_spinup.py.
 """
 
 import math

@@ -1,7 +1,4 @@
-"""Sweeps: a model over every combination of parameter values, as a Dataset with a dimension for each parameter.
-
-Tests: tests/unit/studies/test_sweeps.py.
-"""
+"""Sweeps: a model over every combination of parameter values, as a Dataset with a dimension for each parameter."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,6 @@
 """Many bodies of a uniform core, mantle and perhaps a crust at once: arrays in, arrays out, NaN where none can be.
 
 The exact inversions are those of `bodies.inversion`; a core must be denser than its mantle, and that than its crust.
-Tests: tests/unit/studies/test_two_layers.py.
 """
 
 from collections.abc import Callable

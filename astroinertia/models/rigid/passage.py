@@ -1,7 +1,7 @@
 """A rigid body through many output times in one compiled program: by the splitting, or adaptively.
 
 Each part of the way, with its steps, follows from the state and the next output time alone, and not from where a call
-began: so a run that was stopped after any call goes on bit for bit. Tests: tests/unit/models/rigid/test_passage.py.
+began: so a run that was stopped after any call goes on bit for bit.
 """
 
 import math
