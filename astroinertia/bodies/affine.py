@@ -11,7 +11,7 @@ exist for spheres and spheroids too, where eigenvectors have none.
 
 Source: Carlson 1995, Numer. Algorithms 10, 13; Roberts 1962, ApJ 136, 1108 (similar surfaces); Chandrasekhar 1969,
 Ellipsoidal Figures of Equilibrium, sections 18 and 22; Trefethen & Weideman 2014, SIAM Rev. 56, 385 (sums for
-integrals). Tests: tests/unit/bodies/test_affine.py.
+integrals).
 """
 
 from typing import Any

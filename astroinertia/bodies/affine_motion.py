@@ -6,7 +6,7 @@ V = F G^T is the virial tensor of each, and its power is G : dF/dt. This is the 
 the density is uniform, and the tensor virial equations of second order for other profiles.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4; Carter & Luminet 1985, MNRAS 212, 23 (affine
-stars). Tests: tests/unit/bodies/test_affine_motion.py.
+stars).
 """
 
 import math

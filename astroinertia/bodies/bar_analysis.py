@@ -8,7 +8,7 @@ is the strength of the bar, (a^2 - b^2)/(a^2 + b^2) where c lies along the axis.
 phase, and the internal rate, for motion about the axis, that of the adjoint F^T (Dedekind) with the opposite sign.
 
 Source: Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, ch. 4 and 7; Saijo, Shibata, Baumgarte & Shapiro 2001,
-ApJ 548, 919 (the distortion). Test: tests/unit/bodies/test_bar_analysis.py.
+ApJ 548, 919 (the distortion).
 """
 
 from typing import NamedTuple

@@ -4,7 +4,6 @@ A rigid body is torn at its swollen equator before the sphere it was at rest wou
 structure: Roche's model, a point mass in a weightless envelope, reaches (2/3)^(3/2) = 0.544 of the orbital rate of the
 sphere, polytropes 0.565, 0.550, 0.529 and 0.454 for n = 0.5, 1, 1.5 and 2.5 (`polytropic_limit`, from exact figures),
 relativistic stars 0.57 to 0.63 by published fits (bodies.neutron_star_fits). Any consistent units with the G given.
-Tests: tests/unit/bodies/test_break_up.py.
 """
 
 import math

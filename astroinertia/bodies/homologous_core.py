@@ -10,7 +10,6 @@ and Poisson's psi'' + 2 psi'/x = f^3. Its divergence is
 Without lambda it is Lane and Emden's of index 3. At the largest lambda, 0.00654376, f and f' vanish together: the
 surface falls freely. Beyond, f has no zero. Time follows from a'^2/2 - k/a = E: E = -k from rest, where a falls as a
 cycloid, and E = 0 for the self-similar collapse, a = (1 - t/t_0)^(2/3).
-Tests: tests/unit/bodies/test_homologous_core.py.
 """
 
 import math

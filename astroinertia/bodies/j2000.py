@@ -1,7 +1,4 @@
-"""Where Sun, Moon and planets were at J2000 and how they moved: `data/j2000_states.csv`, about any of them, in SI.
-
-Tests: tests/unit/bodies/test_j2000.py.
-"""
+"""Where Sun, Moon and planets were at J2000 and how they moved: `data/j2000_states.csv`, about any of them, in SI."""
 
 from functools import lru_cache
 from typing import NamedTuple

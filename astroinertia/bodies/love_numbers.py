@@ -10,7 +10,6 @@ however small. Units inside: the radius R, the mean density and the surface grav
 
 Sources: Takeuchi & Saito 1972, Methods Comput. Phys. 11, 217, eq. 82; Saito 1974, J. Phys. Earth 22, 123, of static
 fluids; Kamata et al. 2015, JGR Planets 120, 1528, without infinities where a layer is incompressible.
-Tests: tests/unit/bodies/test_love_numbers.py.
 """
 
 import math

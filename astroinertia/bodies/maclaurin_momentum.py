@@ -7,7 +7,7 @@ beyond T/|W| = 0.27, where liquids, and these too, turn into bars: the models of
 follows from the star, and is found with it: Omega(w) = j(m(w))/w^2 depends on the distance w from the axis alone.
 
 Source: Stoeckly 1965, ApJ 142, 208; Ostriker & Mark 1968, ApJ 151, 1075; Bodenheimer & Ostriker 1973, ApJ 180, 159
-(n' = 0). Tests: tests/unit/bodies/test_maclaurin_momentum.py.
+(n' = 0).
 """
 
 import math

@@ -1,7 +1,4 @@
-"""What planets go around and which moons go around them, on mean orbits: `data/mean_orbits.csv`.
-
-Tests: tests/unit/bodies/test_mean_orbits.py.
-"""
+"""What planets go around and which moons go around them, on mean orbits: `data/mean_orbits.csv`."""
 
 from typing import Any
 

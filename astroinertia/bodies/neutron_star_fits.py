@@ -3,8 +3,6 @@
 Each fit refuses arguments outside the stars that it was made from, unless check_range is False: beyond them some of
 them fail badly (I/M^3 of Breu & Rezzolla is negative below C = 0.016). Compactness is C = G M/(R c^2) with R the areal
 radius of the non-rotating star; arguments are floats or arrays.
-
-Tests: tests/unit/bodies/test_neutron_star_fits.py.
 """
 
 import math

@@ -2,8 +2,6 @@
 
 What nobody has measured is absent or has the status "model". A moment ratio always carries the radius that it was
 normalised with, and is only ever compared after `moment_ratios.convert_moment_ratio`.
-
-Tests: tests/unit/bodies/test_planets.py.
 """
 
 import difflib

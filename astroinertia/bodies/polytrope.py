@@ -3,7 +3,6 @@
     theta'' + 2 theta'/xi + theta^n = 0,    rho = rho_c theta^n,    P = K rho^(1 + 1/n),    r = R xi/xi_1
 
 Source: Chandrasekhar 1939, An Introduction to the Study of Stellar Structure, ch. IV.
-Tests: tests/unit/bodies/test_polytrope.py.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 Mass and entropy stay: for P = K rho^(1 + 1/n) a star of given M and K in units of its own radius has the radius that K
 asks for, R ~ (K/M^((n - 1)/n))^(n/(3 - n)). Its energy then obeys dE = Omega dL where it turns rigidly (Ostriker & Gunn
-1969, ApJ 157, 1395), which nothing here uses. Tests: tests/unit/bodies/test_rotating_sequence.py.
+1969, ApJ 157, 1395), which nothing here uses.
 """
 
 import math

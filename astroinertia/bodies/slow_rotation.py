@@ -17,7 +17,6 @@ For eps = 0 everything becomes Newton's: I is the integral of rho r^4 and twice 
 
 Sources: Hartle 1967, ApJ 150, 1005; Hartle & Thorne 1968, ApJ 153, 807; Hinderer 2008, ApJ 677, 1216 (and erratum);
 Binnington & Poisson 2009, PRD 80, 084018 (the exterior in hypergeometric functions); Yagi & Yunes 2013, PRD 88, 023009.
-Tests: tests/unit/bodies/test_slow_rotation.py.
 """
 
 import math

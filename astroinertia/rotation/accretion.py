@@ -2,7 +2,6 @@
 
 SI throughout: kg, m, s, and the field at the magnetic equator in T. ValueError for a period, a rate of accretion, a
 mass and a radius that are not above zero.
-Tests: tests/unit/rotation/test_accretion.py.
 """
 
 import math

@@ -2,7 +2,7 @@
 
     Omega' = -sum_k s_k |Omega_0'| (Omega/Omega_0)^(n_k),   sum s_k = 1
 
-Any consistent units of time. Tests: tests/unit/rotation/test_braking.py.
+Any consistent units of time.
 """
 
 import math

@@ -8,7 +8,7 @@ orbit as well. With the obliquity theta, from n to s, positive towards k and bey
 
 States are numbered as by Peale: 1, 2, 3 are stable and 4 is not; 1 and 4 end together where the node is fast.
 Sources: Colombo 1966, AJ 71, 891; Peale 1969, AJ 74, 483; Ward 1975, AJ 80, 64; Henrard & Murigande 1987, Celest. Mech.
-40, 345. Tests: tests/unit/rotation/test_cassini.py.
+40, 345.
 """
 
 import math

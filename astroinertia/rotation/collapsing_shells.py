@@ -3,7 +3,7 @@
 A shell turns as one (shellular rotation) and keeps the angle of its matter to the axis, so that its specific angular
 momentum at latitude theta stays Omega r^2 sin^2 theta: Omega goes as r^-2 on each shell, rigid rotation becomes
 differential where the collapse is not homologous, and the spectrum of j is the same before and after. Any consistent
-units with the G given; arrays (N,) run from the centre outwards. Tests: tests/unit/rotation/test_collapsing_shells.py.
+units with the G given; arrays (N,) run from the centre outwards.
 """
 
 import math

@@ -6,7 +6,7 @@ arrays, within an eighth of a period of a multiple of a quarter: there nothing c
 all their digits. Series in the nome of the modulus serve up to k^2 = 1/2, beyond it those in the nome of the
 complementary modulus k' (Jacobi's imaginary transformation), which get shorter as k goes to 1.
 
-Source: DLMF chapters 19, 20 and 22 (https://dlmf.nist.gov). Tests: tests/unit/rotation/test_elliptic.py.
+Source: DLMF chapters 19, 20 and 22 (https://dlmf.nist.gov).
 """
 
 from dataclasses import dataclass

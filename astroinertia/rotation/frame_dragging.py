@@ -9,7 +9,6 @@ Relativity to first order in 1/c^2, averaged over an orbit, with J the angular m
 What mass does to a gyroscope is `precession.geodesic_precession`, and to the spins of a binary
 `precession.geodetic_precession_of_binary`. SI; angles and rates in radians; numbers or arrays.
 Sources: Lense & Thirring 1918, Phys. Z. 19, 156; Schiff 1960, PRL 4, 215; Einstein 1915.
-Tests: tests/unit/rotation/test_frame_dragging.py.
 """
 
 from typing import Any

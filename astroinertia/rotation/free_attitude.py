@@ -8,7 +8,7 @@ the period of the wobble, which is the phase of a theta function of complex argu
 body are those of `free_top.angular_velocity`. Any consistent units; angles in radians.
 
 Source: Whittaker (1937), Analytical Dynamics, section 69; Landau & Lifshitz, Mechanics, section 37; DLMF 20.2, 20.7
-(viii). Tests: tests/unit/rotation/test_free_attitude.py.
+(viii).
 """
 
 import math

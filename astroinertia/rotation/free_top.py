@@ -9,7 +9,6 @@ how many turns it has made, are lost to round-off otherwise. Where a decimal is 
 moments and angular velocity may be strings or Decimals.
 
 Any consistent units; angles in radians. Source: Landau & Lifshitz, Mechanics, section 37; DLMF chapter 22.
-Tests: tests/unit/rotation/test_free_top.py.
 """
 
 from collections.abc import Sequence

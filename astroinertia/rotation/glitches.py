@@ -1,6 +1,6 @@
 """Glitches: a crust and a superfluid inside it that share the angular momentum of a neutron star.
 
-Any consistent units. Tests: tests/unit/rotation/test_glitches.py.
+Any consistent units.
 """
 
 from typing import Any, NamedTuple

@@ -1,7 +1,4 @@
-"""A long record taken apart into a rate, a slow change of it and periodic terms of known frequencies.
-
-Tests: tests/unit/rotation/test_harmonic_fit.py.
-"""
+"""A long record taken apart into a rate, a slow change of it and periodic terms of known frequencies."""
 
 from typing import Any, NamedTuple
 

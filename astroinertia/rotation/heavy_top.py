@@ -11,7 +11,7 @@ As for the free top, constants have 60 digits and what depends on time is in dou
 Euler, "zxz": precession phi, nutation theta, spin psi. Any consistent units; angles in radians.
 
 Source: Goldstein, Poole & Safko (2002), Classical Mechanics, section 5.7; Whittaker (1937), Analytical Dynamics,
-sections 71 to 73. Tests: tests/unit/rotation/test_heavy_top.py.
+sections 71 to 73.
 """
 
 import math

@@ -8,7 +8,7 @@ gamma, and of the torque's terms those of one turn an orbit,
 primes by M. A body at rest against the vertical of a circular orbit swings about it in pitch by itself, and in roll and
 yaw together; moments are about the axes along the orbit (roll), along its normal (pitch) and vertical (yaw).
 Sources: Goldreich & Peale 1966, AJ 71, 425; Margot et al. 2007, Science 316, 710; Hughes 1986, Spacecraft Attitude
-Dynamics, sections 9.1 and 9.2. Tests: tests/unit/rotation/test_libration.py.
+Dynamics, sections 9.1 and 9.2.
 """
 
 from typing import Any, NamedTuple

@@ -6,7 +6,7 @@ intermediate one is not: a body that is set spinning about it (a tennis racket) 
 consistent units; angles in radians.
 
 Source: Poinsot (1834); Landau & Lifshitz, Mechanics, section 37; Ashbaugh, Chicone & Cushman (1991), J. Dyn. Differ.
-Equ. 3, 67 (the tennis racket). Tests: tests/unit/rotation/test_polhodes.py.
+Equ. 3, 67 (the tennis racket).
 """
 
 import math

@@ -8,7 +8,6 @@ averaged over an orbit of normal n. Rates are positive where the axis goes round
 regression, as that of the equinoxes). SI, or any consistent units; angles and rates in radians; numbers or arrays.
 The integrated motion, without any of these averages, is in studies.precession.
 Sources: Murray & Dermott 1999, Solar System Dynamics, chapters 5 to 7; Kinoshita 1977, Celest. Mech. 15, 277.
-Tests: tests/unit/rotation/test_precession.py.
 """
 
 from typing import Any, NamedTuple

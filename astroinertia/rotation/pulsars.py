@@ -3,7 +3,6 @@
 Torque laws are Omega' = -K Omega^n with the braking index n: 3 for a magnetic dipole, 5 for the gravitational waves of
 a rigid deformation, 1 for a wind. Arguments are numbers or arrays that broadcast, in SI: kg, m, s, and tesla for
 fields (1 T is 1e4 G). ValueError for a period that is not above zero; it is infinite for a star at rest.
-Tests: tests/unit/rotation/test_pulsars.py.
 """
 
 import math

@@ -3,7 +3,7 @@
 With zeta_j = sin(I_j/2) exp(i node_j) of each planet, d zeta/dt = i B zeta, and each plane is a sum of as many steady
 turns as there are planets, one of which stands still. Eccentricities and higher orders, which change the rates by a few
 per cent and let them wander over 1e8 years, are left out. Source: Murray & Dermott 1999, Solar System Dynamics, chapter
-7. Tests: tests/unit/rotation/test_secular_orbits.py.
+7.
 """
 
 import math

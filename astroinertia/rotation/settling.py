@@ -16,7 +16,7 @@ orders of magnitude apart (Pravec et al. 2005). So a settling time is an order o
 
 Source: Burns & Safronov (1973), MNRAS 165, 403; Harris (1994), Icarus 107, 209; Efroimsky & Lazarian (2000), MNRAS 311,
 269; Pravec et al. (2005), Icarus 173, 108; Sharma, Burns & Hui (2005), MNRAS 359, 79; Breiter, Rozek & Vokrouhlicky
-(2012), MNRAS 427, 755. Tests: tests/unit/rotation/test_settling.py.
+(2012), MNRAS 427, 755.
 """
 
 from typing import Any

@@ -4,7 +4,6 @@ The kernels are files of the user's (NAIF has them at naif.jpl.nasa.gov); none i
 extra `spice`. Kernels that a program has loaded into SPICE by itself count beside those that are named here, and stay
 loaded. Sources: Acton et al. 2018, Planet. Space Sci. 150, 9; the toolkit's required reading PCK and SPK; rotational
 elements in a PCK are those of the IAU's working group (Archinal et al. 2018, CMDA 130, 22).
-Tests: tests/unit/rotation/test_spice.py.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -6,7 +6,6 @@ A body that turns about its axis of C, normal to its orbit, by the angle theta o
 
 Near theta' = p n, gamma = theta - p M swings as a pendulum of strength H(p, e) (`cassini.hansen_coefficient`).
 Sources: Goldreich & Peale 1966, AJ 71, 425; Wisdom, Peale & Mignard 1984, Icarus 58, 137.
-Tests: tests/unit/rotation/test_spin_orbit.py.
 """
 
 from functools import partial

@@ -2,7 +2,7 @@
 
 L = k M R^2 omega with k = I/(M R^2), so that omega goes as 1/(k M R^2): as R^-2 where the collapse is homologous and
 nothing is lost. Numbers or arrays that broadcast, in SI or any consistent units with the G given. A period is infinite
-at rest and negative for a retrograde spin. Tests: tests/unit/rotation/test_spin_scaling.py.
+at rest and negative for a retrograde spin.
 """
 
 import math

@@ -10,7 +10,6 @@ K(omega) = -Im k2(omega), odd in omega, of
 with the inclination functions F_2mp(eps) and the eccentricity functions G_2pq(e), of degree 2 alone, averaged over
 orbit, node and pericentre. Sources: Kaula 1964, Rev. Geophys. 2, 661; Boue & Efroimsky 2019, CeMDA 131, 30; for a body
 in step with its orbit Segatz et al. 1988, Icarus 75, 187, and Wisdom 2004, AJ 128, 484.
-Tests: tests/unit/rotation/test_tides.py.
 """
 
 from collections.abc import Callable

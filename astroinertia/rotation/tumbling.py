@@ -4,7 +4,6 @@ Euler's equations with the torque of a point mass on a Kepler orbit, to the quad
 along a small difference, which is scaled back once an orbit; time is in units of 1/n. The same motion, without the
 difference, is that of the `rigid` model with the effect gravity_gradient.
 Sources: Wisdom, Peale & Mignard 1984, Icarus 58, 137; Benettin et al. 1980, Meccanica 15, 9.
-Tests: tests/unit/rotation/test_tumbling.py.
 """
 
 from typing import Any, NamedTuple

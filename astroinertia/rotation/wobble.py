@@ -9,7 +9,7 @@ k how far the body yields to the change of its centrifugal force and k_s the k t
 have. A complex k, of negative imaginary part, damps. What core and mantle do to each other is in
 `wobble_and_nutation`. No k is fitted to the observed period: each share has its cause.
 Sources: Munk & MacDonald 1960, The Rotation of the Earth; Smith & Dahlen 1981, GJRAS 64, 223; Sasao, Okubo & Saito
-1980, IAU Symp. 78, 165; Mathews, Herring & Buffett 2002, JGR 107, B4. Tests: tests/unit/rotation/test_wobble.py.
+1980, IAU Symp. 78, 165; Mathews, Herring & Buffett 2002, JGR 107, B4.
 """
 
 import math

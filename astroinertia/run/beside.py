@@ -4,7 +4,6 @@ Numba compiles one program at a time in a process. The other one (run.ahead) beg
 each program is compiled by one of the two; the results are the same bits. It is started by the first program that is
 not found on disk, says nothing, computes on one core, and ends when there is nothing left for it to do or the run ends,
 also where that is killed. No signal of a terminal reaches it.
-Tests: tests/unit/run/test_beside.py.
 """
 
 import functools

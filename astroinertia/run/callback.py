@@ -1,4 +1,4 @@
-"""A function of the user's own that a run calls as it goes, and when. Tests: tests/unit/run/test_callback.py."""
+"""A function of the user's own that a run calls as it goes, and when."""
 
 import math
 from collections.abc import Callable as Function

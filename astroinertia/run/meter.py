@@ -1,4 +1,4 @@
-"""How far a run is: on a terminal, below a cell of a notebook, or in lines. Tests: tests/unit/run/test_meter.py."""
+"""How far a run is: on a terminal, below a cell of a notebook, or in lines."""
 
 import html
 import math

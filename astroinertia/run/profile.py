@@ -4,7 +4,6 @@ Parts are timed as they are called: passes of particles by the engine that carri
 itself by its name, ledger, records and writing; what is left of the whole run is between parts. Compiling within any
 part is counted as compiling. The programs of the xla engine, and of models without particles, hold whole steps, which
 have no parts that could be timed.
-Tests: tests/unit/run/test_profile.py.
 """
 
 import time

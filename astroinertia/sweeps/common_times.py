@@ -1,7 +1,7 @@
 """The times that the members of a sweep have in common in its result, and a member's records at those times.
 
 Members with the same cadence share their times, and one that ends before the others has its own part of them: nothing
-is interpolated then. Tests: tests/unit/sweeps/test_common_times.py.
+is interpolated then.
 """
 
 import math
