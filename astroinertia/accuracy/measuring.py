@@ -113,12 +113,7 @@ def stored(folder: Path, observables: Sequence[SelectedObservable]) -> Measured 
     return measured if measured.failure or all(one.name in measured.values for one in observables) else None
 
 
-def measure(
-    scene: Scene,
-    observables: Sequence[SelectedObservable],
-    folder: Path,
-    rehearsed: bool = True,
-) -> Measured:
+def measure(scene: Scene, observables: Sequence[SelectedObservable], folder: Path, rehearsed: bool = True) -> Measured:
     """Run a scene in `folder` and say what it gave and took; what an interruption left there is run again.
 
     rehearsed: a body without particles goes all its way before, as else its times are of compiling. A NumericalError is

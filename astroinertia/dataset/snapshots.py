@@ -11,14 +11,7 @@ import xarray as xr
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
-from astroinertia.dataset.schema import (
-    SNAPSHOT,
-    SNAPSHOT_TIME,
-    attributes,
-    code_units,
-    converted,
-    label,
-)
+from astroinertia.dataset.schema import SNAPSHOT, SNAPSHOT_TIME, attributes, code_units, converted, label
 from astroinertia.errors import ArchiveError
 from astroinertia.observables.quantities import LABELS, Quantity
 from astroinertia.storage.archive import Archive

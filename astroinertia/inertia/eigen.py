@@ -52,11 +52,7 @@ def refined_eigh(xp: Any, matrix: Array) -> tuple[Array, Array, Array]:
     for k in (0, 1, 0):
         high, low, vectors = _sort(xp, k, high, low, vectors)
     differences = (high[..., :, None] - high[..., None, :]) + (low[..., :, None] - low[..., None, :])
-    return (
-        xp.ldexp(high + low, exponent[..., None]),
-        xp.ldexp(differences, exponent[..., None, None]),
-        vectors,
-    )
+    return xp.ldexp(high + low, exponent[..., None]), xp.ldexp(differences, exponent[..., None, None]), vectors
 
 
 def _product(xp: Any, left: Array, right: Array, start: Array) -> tuple[Array, Array]:

@@ -41,11 +41,7 @@ def pendulum_length(body: Body, pivot: Array, axis: Array = (0.0, 1.0, 0.0)) -> 
 
 @with_quantities(pivot="m", amplitude="rad")
 def pendulum_period(
-    body: Body,
-    pivot: Array,
-    axis: Array = (0.0, 1.0, 0.0),
-    amplitude: Array = 0.0,
-    gravity: Array = STANDARD_GRAVITY,
+    body: Body, pivot: Array, axis: Array = (0.0, 1.0, 0.0), amplitude: Array = 0.0, gravity: Array = STANDARD_GRAVITY
 ) -> Array:
     """The period (...,) of a swing to `amplitude` (radians, below pi) on either side, about a level axle.
 

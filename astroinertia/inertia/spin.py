@@ -100,8 +100,7 @@ def residual_flow(mass: Array, position: Array, velocity: Array, weights: Array 
     """
     xp = namespace(mass, position, velocity, weights)
     spin = _spin(
-        inertia_tensor(mass, position, weights=weights),
-        angular_momentum(mass, position, velocity, weights=weights),
+        inertia_tensor(mass, position, weights=weights), angular_momentum(mass, position, velocity, weights=weights)
     )
     x = xp.asarray(position) - centre_of_mass(mass, position, weights)[..., None, :]
     v = xp.asarray(velocity) - centre_of_mass(mass, velocity, weights)[..., None, :]

@@ -246,9 +246,7 @@ def after_rounding(
     second = second - xp.asarray(body.centre)[:, None] * error[None, :]
     mixed = mixed - error[:, None] * xp.asarray(body.velocity)[None, :]
     return with_fields(
-        ledger,
-        second_moment=ledger.second_moment.add(second + second.T),
-        mixed_moment=ledger.mixed_moment.add(mixed),
+        ledger, second_moment=ledger.second_moment.add(second + second.T), mixed_moment=ledger.mixed_moment.add(mixed)
     )
 
 

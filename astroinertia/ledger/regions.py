@@ -100,13 +100,7 @@ class RegionLedger:
 
 def push(xp, mass, before, after):
     """m (after - before)."""
-    return (
-        (
-            mass * (after[0] - before[0]),
-            mass * (after[1] - before[1]),
-            mass * (after[2] - before[2]),
-        ),
-    )
+    return ((mass * (after[0] - before[0]), mass * (after[1] - before[1]), mass * (after[2] - before[2])),)
 
 
 def crossing(whole: Whole, mass: Array, position: Array, velocity: Array, sign: Array) -> Flux:

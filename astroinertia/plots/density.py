@@ -12,17 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.picture_methods import missing_named
 from astroinertia.plots import style
-from astroinertia.plots.matter import (
-    POLE_ON,
-    SIDE_ON,
-    Matter,
-    completed,
-    draw_sinks,
-    draw_triad,
-    matter,
-    reach,
-    triads,
-)
+from astroinertia.plots.matter import POLE_ON, SIDE_ON, Matter, completed, draw_sinks, draw_triad, matter, reach, triads
 from astroinertia.plots.render import column_density, density_slice, flow
 from astroinertia.plots.shown_units import raised, written
 

@@ -38,12 +38,7 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
 OF_PARTICLES = ("density", "projection", "exact")
 """Those that need the particles."""
 ROUND_OFF = 1e-13  # of the waves that all motion and all forces would send in one direction
-_NEEDED = {
-    "waves": "gw_strain_plus",
-    "profiles": "radius_profile",
-    "energy": "total_energy",
-    "ledger": "virial_tensor",
-}
+_NEEDED = {"waves": "gw_strain_plus", "profiles": "radius_profile", "energy": "total_energy", "ledger": "virial_tensor"}
 
 
 @with_absent

@@ -18,12 +18,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from PIL import Image
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.plots.shown_units import (
-    LARGEST_PLAIN,
-    SMALLEST_PLAIN,
-    raised as raised,
-    scale_of as scale_of,
-)
+from astroinertia.plots.shown_units import LARGEST_PLAIN, SMALLEST_PLAIN, raised as raised, scale_of as scale_of
 from astroinertia.storage import overwriting
 from astroinertia.storage.atomic import write_whole
 from astroinertia.units import known_size, quantity, readable as readable, unit_of as unit_of

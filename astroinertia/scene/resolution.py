@@ -63,8 +63,4 @@ def _isothermal(scene: Scene, body: Any, neighbours: float) -> tuple[str, str, s
 
 
 def _line(name: str, value: str, poor: bool, why: str, factor: float) -> tuple[str, str, str]:
-    return (
-        name,
-        value,
-        f"{why}; WARNING: too few, take {times_as_many(factor)} particles" if poor else why,
-    )
+    return name, value, f"{why}; WARNING: too few, take {times_as_many(factor)} particles" if poor else why

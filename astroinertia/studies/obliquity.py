@@ -68,10 +68,5 @@ def obliquity_history(
     return xr.Dataset(
         variables("time", angles),
         variables("time", {"time": (times, "s", "time from J2000")}),
-        {
-            "title": f"obliquity of {name}",
-            "body": name,
-            "precession_constant": alpha,
-            "steps": history.steps,
-        },
+        {"title": f"obliquity of {name}", "body": name, "precession_constant": alpha, "steps": history.steps},
     )

@@ -72,12 +72,7 @@ def sample(
             "acceptance": (("chain", "walker"), np.stack(accepted)),
         },
         coords={"chain": np.arange(chains), "walker": np.arange(walkers), "draw": np.arange(draws)},
-        attrs={
-            "sampler": "emcee",
-            "sampler_version": emcee.__version__,
-            "seed": seed,
-            "discarded_draws": draws // 2,
-        },
+        attrs={"sampler": "emcee", "sampler_version": emcee.__version__, "seed": seed, "discarded_draws": draws // 2},
     )
 
 

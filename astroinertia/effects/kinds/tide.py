@@ -13,13 +13,7 @@ from astroinertia.effects.effect import affine_moments
 from astroinertia.effects.entries import AXIS
 from astroinertia.effects.measure import Found, Measure, Options, size, tidal_change
 from astroinertia.effects.passes import time_beside
-from astroinertia.gravity.point_masses import (
-    attraction,
-    potential_energy,
-    tidal_attraction,
-    tidal_energy,
-    virial,
-)
+from astroinertia.gravity.point_masses import attraction, potential_energy, tidal_attraction, tidal_energy, virial
 from astroinertia.orbits.kepler import eccentric_anomaly, place_on_open_orbit
 from astroinertia.units import REQUIRED, Option, choice, not_negative, positive
 

@@ -131,9 +131,7 @@ def trend_pair(xp, v_r, W_i, dW_i, sound_speed_i, sound_speed_j, viscosity_trend
 
 
 VISCOSITY = PairTerm(
-    "viscosity",
-    viscosity_pair,
-    (Output("acceleration", "central"), Output("heating", "sum"), Output("signal", "max")),
+    "viscosity", viscosity_pair, (Output("acceleration", "central"), Output("heating", "sum"), Output("signal", "max"))
 )
 RECONSTRUCTED = PairTerm("viscosity", reconstructed_pair, VISCOSITY.outputs)
 GUARDED = PairTerm("viscosity", guarded_pair, VISCOSITY.outputs)
@@ -375,11 +373,7 @@ class Viscosity(Effect):
                 self.alpha_min,
             )  # fmt: skip
         names = ("viscosity_linear", "viscosity_quadratic", *STRAIN)
-        fields = {
-            "density": fluid.density,
-            "sound_speed": fluid.sound_speed,
-            **dict(zip(names, values, strict=False)),
-        }
+        fields = {"density": fluid.density, "sound_speed": fluid.sound_speed, **dict(zip(names, values, strict=False))}
         if self.limiter == "guarded_reconstruction":
             fields["spacing"] = elementwise(xp, spacing, fluid.mass, fluid.density)[0]
         if self.trace_free:

@@ -3,17 +3,7 @@
 import numpy as np
 
 from astroinertia.verify.hard.case import KEPT, Case
-from astroinertia.verify.hard.clouds import (
-    COUNT,
-    ball,
-    cloud,
-    every_other,
-    first,
-    lattice,
-    line,
-    turning,
-    two,
-)
+from astroinertia.verify.hard.clouds import COUNT, ball, cloud, every_other, first, lattice, line, turning, two
 
 FEW = "refused: a particle cannot be smoothed over matter that is not there"
 TREE = ('effects.gravity.method="multipole"',)
