@@ -61,12 +61,8 @@ def _vectors(panel, vectors: list[np.ndarray], title: str, unit: str) -> None:
             )  # fmt: skip
         else:
             panel.plot(u, v, "o", color=colour, markersize=7, zorder=5)
-    panel.set_aspect("equal")
-    panel.set_xlim(-_REACH * reach, _REACH * reach)
-    panel.set_ylim(-_REACH * reach, _REACH * reach)
-    panel.set_xlabel(style.label("along $x$ of the rotor", unit))
-    panel.set_ylabel(style.label("along $y$", unit))
-    panel.set_title(title)
+    panel.set(aspect="equal", xlim=(-_REACH * reach, _REACH * reach), ylim=(-_REACH * reach, _REACH * reach))
+    panel.set(xlabel=style.label("along $x$ of the rotor", unit), ylabel=style.label("along $y$", unit), title=title)
     panel.legend(loc="upper right")
 
 
@@ -88,8 +84,7 @@ def _shares_moved(panel, before: Body, after: Body) -> None:
             "round-off", (round_off, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -2),
             textcoords="offset points", fontsize=8, color=style.GREEN, va="top",
         )  # fmt: skip
-    panel.set_xlabel("share of $M k$ and of $I_{zz} = M k^2$")
-    panel.set_title("Unbalance and products of inertia")
+    panel.set(xlabel="share of $M k$ and of $I_{zz} = M k^2$", title="Unbalance and products of inertia")
 
 
 def _shares(body: Body) -> np.ndarray:

@@ -72,8 +72,7 @@ def frame_view(axes: Any, plane: tuple[int, int], unit: str) -> None:
     """Labels and a frame for what is seen on a plane."""
     axes.grid(False)
     axes.xaxis.set_major_locator(MaxNLocator(5))  # so few that numbers of four digits do not touch
-    axes.set_xlabel(style.label(f"${'xyz'[plane[0]]}$", unit))
-    axes.set_ylabel(style.label(f"${'xyz'[plane[1]]}$", unit))
+    axes.set(xlabel=style.label(f"${'xyz'[plane[0]]}$", unit), ylabel=style.label(f"${'xyz'[plane[1]]}$", unit))
     for side in ("top", "right"):
         axes.spines[side].set_visible(True)
 

@@ -143,9 +143,7 @@ def draw_ellipsoid(panel, lengths, axes, view, colour: str, alpha: float = 1.0) 
     turn = np.linspace(0, 2 * np.pi, 361)
     outline = vectors * np.sqrt(values) @ np.stack([np.cos(turn), np.sin(turn)])
     panel.plot(*outline, color=style.GREY, linewidth=0.9, zorder=3)
-    panel.set_aspect("equal")
-    panel.set_xlim(-1.48, 1.48)
-    panel.set_ylim(-1.3, 1.38)
+    panel.set(aspect="equal", xlim=(-1.48, 1.48), ylim=(-1.3, 1.38))
     panel.axis("off")
 
 

@@ -57,8 +57,7 @@ def _energies(axes, dataset: xr.Dataset) -> None:
     bands.append((dataset["total_energy"].values / scale, error_of(dataset, "total_energy", scale), style.INK))
     shade(axes, times, bands)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
-    axes.set_ylabel(style.label("energy", unit))
-    axes.set_title("Where the energy is")
+    axes.set(ylabel=style.label("energy", unit), title="Where the energy is")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     style.mark_compression(axes, dataset, factor, named=True)
 

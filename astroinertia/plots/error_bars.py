@@ -69,8 +69,7 @@ def error_bars_figure(dataset: xr.Dataset) -> Figure:
             colour, dashes = _SHOWN[name]
             shown = np.where(bar > 0.0, bar, np.nan)
             axes.plot(times, shown, color=colour, linestyle=dashes, linewidth=1.5, label=style.words(name))
-        axes.set_ylabel("error bar / value")
-        axes.set_title("Estimated errors, over the values")
+        axes.set(ylabel="error bar / value", title="Estimated errors, over the values")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         style.mark_compression(axes, dataset, factor)
         style.time_axis(axes, dataset)

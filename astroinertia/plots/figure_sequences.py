@@ -70,8 +70,7 @@ def _draw_body(panel, body: HomogeneousEllipsoid, name: str, colour: str) -> Non
         for level in _LEVELS:
             curve = (ring * math.sqrt(1 - level**2) + [0, 0, level]) * lengths
             draw_curves(panel, curve[None], lengths**-2, np.eye(3), view, 1.0, colour, 1.3)
-    panel.set_xlim(-1.38, 1.38)
-    panel.set_ylim(-1.6, 1.0)
+    panel.set(xlim=(-1.38, 1.38), ylim=(-1.6, 1.0))
     panel.text(0.5, 0.0, name, transform=panel.transAxes, ha="center", va="bottom", fontsize=9.5, color=colour)
 
 
@@ -98,12 +97,8 @@ def _map(figure, points: int) -> None:
         panel.text(0.985, line[-1, 1], f"$f={f:g}$", fontsize=8, color=style.GREY, ha="right", va="center",
                    path_effects=_OUTLINE)  # fmt: skip
     _mapped_sequences(panel, ratios)
-    panel.set_xlim(0, 1.06)
-    panel.set_ylim(0, 1.04)
-    panel.set_aspect("equal")
-    panel.set_xlabel("$b/a$")
-    panel.set_ylabel("$c/a$, along the axis of rotation")
-    panel.set_title("Where Riemann ellipsoids exist")
+    panel.set(xlim=(0, 1.06), ylim=(0, 1.04), aspect="equal", xlabel="$b/a$")
+    panel.set(ylabel="$c/a$, along the axis of rotation", title="Where Riemann ellipsoids exist")
     bar = figure.colorbar(mesh, ax=panel, orientation="horizontal", shrink=0.7, aspect=32, pad=0.02)
     bar.set_label(r"growth rate of second harmonics$\,/\sqrt{\pi G\rho}$; pale: stable")
     bar.outline.set_visible(False)
@@ -156,10 +151,7 @@ def _spins(panel, points: int) -> None:
         panel.text(*place, name, color=colour, fontsize=9.5, ha=side, path_effects=_OUTLINE)
     panel.plot(*_spin([fork]), "o", color="white", markeredgecolor=MACLAURIN, zorder=5)
     panel.plot(*_spin([limit]), "o", color="white", markeredgecolor=MACLAURIN, zorder=5)
-    panel.set_xlim(0, 0.85)
-    panel.set_ylim(-0.012, 0.68)
-    panel.set_xlabel(r"$L\,/\sqrt{GM^3R}$")
-    panel.set_ylabel(r"$\Omega^2/\pi G\rho$")
+    panel.set(xlim=(0, 0.85), ylim=(-0.012, 0.68), xlabel=r"$L\,/\sqrt{GM^3R}$", ylabel=r"$\Omega^2/\pi G\rho$")
     panel.set_title("How they spin")
     panel.legend(loc="upper right", fontsize=8.5, handlelength=2.6)
 
@@ -189,12 +181,8 @@ def _growth(panel, points: int) -> None:
         panel.axvline(at, color=style.GREY, linewidth=0.8, linestyle=(0, (2, 2)), zorder=0.5)
         panel.annotate(name, (at, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -3), textcoords="offset points",
                        fontsize=8.5, color=style.GREY, va="top")  # fmt: skip
-    panel.set_yscale("log")
-    panel.set_ylim(1e-7, 2.0)
-    panel.set_xlim(0.1, 0.42)
-    panel.set_xlabel("$T/|W|$ of Maclaurin spheroids")
-    panel.set_ylabel(r"growth rate$\,/\sqrt{\pi G\rho}$")
-    panel.set_title("What makes bars grow")
+    panel.set(yscale="log", ylim=(1e-7, 2.0), xlim=(0.1, 0.42), xlabel="$T/|W|$ of Maclaurin spheroids")
+    panel.set(ylabel=r"growth rate$\,/\sqrt{\pi G\rho}$", title="What makes bars grow")
     panel.legend(loc="lower right", fontsize=8.5)
 
 

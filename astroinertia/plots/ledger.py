@@ -85,8 +85,7 @@ def _relative(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     outward, inward = (relative.clip(low, high).sum("share") for low, high in ((0, None), (None, 0)))
     axes.set_ylim(1.12 * min(float(inward.min()), -0.05), 1.12 * max(float(outward.max()), 0.05))
     axes.grid(False)
-    axes.set_ylabel("share")
-    axes.set_title("The same as shares of all pushing, outward and inward; the line is the sum")
+    axes.set(ylabel="share", title="The same as shares of all pushing, outward and inward; the line is the sum")
     style.mark_compression(axes, dataset, factor)
 
 

@@ -91,8 +91,7 @@ def _rate(axes, dataset: xr.Dataset) -> None:
     for name, colour, dashes in zip("xyz", style.COMPONENTS, style.DASHES, strict=True):
         style.curve(axes, times, rate.sel(i=name, j=name) / scale, color=colour, linestyle=dashes)
     axes.axhline(0, color=style.GREY, linewidth=0.8)
-    axes.set_ylabel(style.label("d$I$/d$t$", unit))
-    axes.set_title("Its rate, from the mixed moment")
+    axes.set(ylabel=style.label("d$I$/d$t$", unit), title="Its rate, from the mixed moment")
     style.mark_compression(axes, dataset, factor)
 
 

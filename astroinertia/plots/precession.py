@@ -35,9 +35,7 @@ def precession_figure(dataset: xr.Dataset) -> Figure:
         ):
             axes.axhline(0, color=style.GREY, linewidth=0.8)
             axes.plot(years, values, color=colour, linewidth=0.9)
-            axes.set_title(title)
-            axes.set_ylabel(style.label("nutation", "arcsec"))
-            axes.set_xlim(years[0], years[-1])
+            axes.set(title=title, ylabel=style.label("nutation", "arcsec"), xlim=(years[0], years[-1]))
         longitude.tick_params(labelbottom=False)
         obliquity.set_xlabel(style.label("time from J2000", "yr"))
         _loops(figure.add_subplot(grid[0, 1]), years, along * np.sin(mean), tilt, dataset.attrs["body"])
@@ -81,8 +79,7 @@ def chandler_figure(dataset: xr.Dataset) -> Figure:
             color=style.GREEN,
         )  # fmt: skip
         axes.set_xticks(places, [name.replace("fluid core", "fluid core\nstays behind") for name in causes])
-        axes.set_ylim(250, 1.06 * period.max())
-        axes.set_ylabel(style.label("period", "d"))
+        axes.set(ylim=(250, 1.06 * period.max()), ylabel=style.label("period", "d"))
         axes.grid(axis="x", visible=False)
         axes.set_title(f"All causes together: {whole:.1f} d, and Q = {float(dataset['quality']):.0f} from anelasticity")
         return figure
@@ -116,8 +113,7 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
             axes.annotate(
                 f"{p:g}", (place, p + width), xytext=(0, 3), textcoords="offset points", ha="center", fontsize=8.5
             )
-        axes.set_xlim(-90, 93 + _BARS_APART * len(resonances) if resonances else 90)
-        axes.set_xticks(range(-90, 91, 30))
+        axes.set(xlim=(-90, 93 + _BARS_APART * len(resonances) if resonances else 90), xticks=range(-90, 91, 30))
         axes.set_xlabel(style.label("angle of the long axis from the pericentre", "deg"))
         axes.set_ylabel("spin over orbital rate")
         axes.set_title(rf"$e$ = {eccentricity:g}, $(3(B-A)/C)^{{1/2}}$ = {asphericity:.3g}")
@@ -141,8 +137,7 @@ def obliquity_figure(dataset: xr.Dataset) -> Figure:
         times, obliquity = dataset["time"].values, np.degrees(dataset["obliquity"].values)
         scale, unit = (1e9 * JULIAN_YEAR, "Gyr") if np.ptp(times) > 3e8 * JULIAN_YEAR else (1e6 * JULIAN_YEAR, "Myr")
         axes.plot(times / scale, obliquity, color=style.BLUE, linewidth=0.6)
-        axes.set_xlim(times[0] / scale, times[-1] / scale)
-        axes.set_xlabel(style.label("time from J2000", unit))
+        axes.set(xlim=(times[0] / scale, times[-1] / scale), xlabel=style.label("time from J2000", unit))
         axes.set_ylabel(style.label("obliquity", "deg"))
         axes.set_title(f"Between {obliquity.min():.2f} and {obliquity.max():.2f} degrees")
         return figure
@@ -165,8 +160,7 @@ def _loops(axes, years: np.ndarray, across: np.ndarray, tilt: np.ndarray, name: 
     mesh = axes.scatter(across, tilt, c=years, s=1.6, cmap=style.TIME_MAP, linewidths=0)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title(f"The pole of {'the ' if name == 'Earth' else ''}{name} about its mean place")
-    axes.set_xlabel(style.label("longitude × sin(obliquity)", "arcsec"))
-    axes.set_ylabel(style.label("obliquity", "arcsec"))
+    axes.set(xlabel=style.label("longitude × sin(obliquity)", "arcsec"), ylabel=style.label("obliquity", "arcsec"))
     bar = axes.figure.colorbar(mesh, ax=axes, fraction=0.05, pad=0.02)
     bar.set_label(style.label("time from J2000", "yr"))
 

@@ -46,8 +46,7 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
     for k, (name, colour, dashes) in enumerate(zip(_NAMES, colours, style.DASHES, strict=True)):
         left.plot(times, lengths[:, k] / scale, color=colour, linestyle=dashes, label=name)
     style.from_zero_or_log(left, lengths, scale)
-    left.set_ylabel(style.label("semi-axis", unit))
-    left.set_title("Semi-axes of the equivalent ellipsoid")
+    left.set(ylabel=style.label("semi-axis", unit), title="Semi-axes of the equivalent ellipsoid")
     style.legend(left)
     for k, name, colour in ((1, "b/a", style.ORANGE), (2, "c/a", style.BLUE)):
         ratio = lengths[:, k] / lengths[:, 0]
@@ -63,8 +62,7 @@ def _semi_axes(left, right, dataset: xr.Dataset) -> None:
             times, 0, 1, where=vague, transform=right.get_xaxis_transform(), color=style.PALE, alpha=0.45,
             linewidth=0, label="two axes equal", zorder=0.4,
         )  # fmt: skip
-    right.set_ylabel("ratio of semi-axes")
-    right.set_title("Axis ratios")
+    right.set(ylabel="ratio of semi-axes", title="Axis ratios")
     style.legend(right)
     for axes in (left, right):
         style.mark_compression(axes, dataset, factor, named=axes is left)
@@ -88,13 +86,10 @@ def _outlines(figure: Figure, views: list, dataset: xr.Dataset) -> None:
             outline = _power(enlarged, 0.5) @ _CIRCLE
             reach = max(reach, float(abs(outline).max()))
             axes.plot(*outline, color=colours[index], linewidth=1.8)
-        axes.set_aspect("equal")
-        axes.set_xlabel("$" + "xyz"[first] + r"\,/\,$mean radius")
-        axes.set_ylabel("$" + "xyz"[second] + r"\,/\,$mean radius")
-        axes.set_title(f"Its outline {title}")
+        axes.set(aspect="equal", xlabel="$" + "xyz"[first] + r"\,/\,$mean radius")
+        axes.set(ylabel="$" + "xyz"[second] + r"\,/\,$mean radius", title=f"Its outline {title}")
     for axes in views:
-        axes.set_xlim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
-        axes.set_ylim(-1.08 * max(reach, 1), 1.08 * max(reach, 1))
+        axes.set(xlim=(-1.08 * max(reach, 1), 1.08 * max(reach, 1)), ylim=(-1.08 * max(reach, 1), 1.08 * max(reach, 1)))
         axes.locator_params(nbins=6)
     if larger > 1:
         views[1].annotate(

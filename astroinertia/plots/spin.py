@@ -102,8 +102,7 @@ def _ratios(axes, dataset: xr.Dataset) -> None:
     low, high = axes.get_ylim()
     if high - low < 0.02:
         axes.set_ylim(min(low, 0.99), max(high, 1.01))
-    axes.set_ylabel(r"$\omega$ / predicted")
-    axes.set_title("Spin over prediction: 1 where the law holds")
+    axes.set(ylabel=r"$\omega$ / predicted", title="Spin over prediction: 1 where the law holds")
     style.legend(axes, room=0.22)
     style.mark_compression(axes, dataset, factor)
 

@@ -49,8 +49,7 @@ def period_radius_figure(dataset: xr.Dataset) -> Figure:
         panels = figure.subplots(1, len(groups), squeeze=False)[0]
         for axes, (rows, title) in zip(panels, groups, strict=True):
             _period_panel(axes, dataset.isel(case=rows), int(rows[0]))
-            axes.set_title(title)
-            axes.set_xlabel("radius (km)")
+            axes.set(title=title, xlabel="radius (km)")
         panels[0].set_ylabel("period (s)")
         return figure
 
@@ -79,10 +78,7 @@ def _period_panel(axes: Any, dataset: xr.Dataset, first: int) -> None:
             xytext=(0, 7), textcoords="offset points", fontsize=8.5, color=colour, ha="center", va="bottom", zorder=5,
             path_effects=[withStroke(linewidth=2.5, foreground="white")],
         )  # fmt: skip
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(low, high * (high / low) ** 0.15)
-    axes.set_ylim(least, most)
+    axes.set(xscale="log", yscale="log", xlim=(low, high * (high / low) ** 0.15), ylim=(least, most))
     axes.text(0.98, 0.03, "faster than an orbit at the equator", fontsize=9, color=style.GREY, ha="right",
               transform=axes.transAxes)  # fmt: skip
 
@@ -113,10 +109,7 @@ def pulsar_diagram(
     with style.styled():
         figure = style.page("Pulsars by period and period derivative", (10.0, 8.0))
         axes = figure.subplots()
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlim(*_PERIODS)
-        axes.set_ylim(*_SLOWING)
+        axes.set(xscale="log", yscale="log", xlim=_PERIODS, ylim=_SLOWING)
         axes.grid(False)
         period = np.geomspace(*_PERIODS, 400)
         _lines(axes, period)
@@ -139,8 +132,7 @@ def pulsar_diagram(
                 )  # fmt: skip
         for name, start, slowing, index in tracks:
             _track(axes, name, start, slowing, index)
-        axes.set_xlabel("period $P$ (s)")
-        axes.set_ylabel(r"period derivative $\dot P$")
+        axes.set(xlabel="period $P$ (s)", ylabel=r"period derivative $\dot P$")
         axes.legend(loc="upper left", fontsize=8.5, ncols=1)
         return figure
 

@@ -39,8 +39,7 @@ def waves_figure(dataset: xr.Dataset) -> Figure:
             for strain, colour, name in zip(pair, (style.BLUE, style.ORANGE), (r"h_+", r"h_\times"), strict=True):
                 axes.plot(times, strain / scale, color=colour, linewidth=1.3, label=f"${name}$")
             axes.axhline(0, color=style.GREY, linewidth=0.8)
-            axes.set_ylabel(style.label(r"$h \times$ distance", unit))
-            axes.set_title(title)
+            axes.set(ylabel=style.label(r"$h \times$ distance", unit), title=title)
             axes.legend(loc="best", ncols=2)
             largest = max(float(abs(strain).max()) for strain in pair) / _TEN_KILOPARSECS
             axes.annotate(
@@ -93,8 +92,7 @@ def _spectrum(axes: Any, dataset: xr.Dataset) -> None:
     axes.set(xscale="log", yscale="log", ylim=(max(1e-4 * top, 0.5 * least), 3.0 * top))
     style.plain_log(axes.xaxis, *axes.get_xlim())
     style.plain_log(axes.yaxis, *axes.get_ylim())
-    axes.set_xlabel(style.label("frequency", hertz))
-    axes.set_ylabel(style.label(r"$h_{\mathrm{char}} \times$ distance", unit))
+    axes.set(xlabel=style.label("frequency", hertz), ylabel=style.label(r"$h_{\mathrm{char}} \times$ distance", unit))
     axes.set_title("Characteristic strain of the whole run")
     energy = float(dataset["gw_energy"][-1])
     axes.annotate(
