@@ -14,9 +14,8 @@ from astroinertia.build.fluids import entropies, equation_of_state
 from astroinertia.build.spheres import Sphere, sphere, stretch
 from astroinertia.errors import SceneError
 from astroinertia.models.ellipsoid import evolution as ellipsoid
-from astroinertia.models.ellipsoid.affine_body import PRESSURE, Problem
+from astroinertia.models.ellipsoid.affine_body import PRESSURE, Matter, Problem
 from astroinertia.models.ellipsoid.evolution import Ellipsoid
-from astroinertia.models.ellipsoid.matter import Matter
 from astroinertia.scene.schema import Scene
 from astroinertia.sph.profiles import Profile
 from astroinertia.units import CodeUnits, pressure_constant_dimension

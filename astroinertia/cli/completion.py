@@ -5,7 +5,7 @@ from pathlib import Path
 
 from astroinertia.cli.parser import Add
 from astroinertia.guide.pages import TOPICS
-from astroinertia.storage.ready_made import scenes
+from astroinertia.storage.data_tables import scenes
 
 HELP = """\
 Once for each user; shells that are started from then on complete what is begun when Tab is pressed. The folder must

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from astroinertia.cli.parser import Add, Options
 from astroinertia.errors import SceneError
-from astroinertia.storage.ready_made import scenes
+from astroinertia.storage.data_tables import scenes
 
 # The first is the scene's own, for tables come later; with the room before a comment, which stays in its column.
 _NAME = re.compile(r'^name = "[^"]*"( *(?=  #))?', re.MULTILINE)

@@ -14,7 +14,6 @@ import xarray as xr
 from astroinertia.dataset import arranged, open_snapshots, principal
 from astroinertia.dataset.absent import reasons, whole
 from astroinertia.dataset.arranged import in_seconds, with_labels
-from astroinertia.dataset.axes import Axis, axis_text, directions
 from astroinertia.dataset.by_member import (
     begun,
     earliest,
@@ -28,6 +27,7 @@ from astroinertia.dataset.by_member import (
 from astroinertia.dataset.derived import SPINLESS
 from astroinertia.dataset.gravity_field import field_labels, field_variables, run_fields
 from astroinertia.dataset.picture_methods import picture
+from astroinertia.dataset.principal import Axis, axis_text, directions
 from astroinertia.dataset.schema import INERTIAL
 from astroinertia.errors import AbsentError, ArchiveError, SceneError
 from astroinertia.inertia import growth, tensor

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import energy_scale, has_values, known_effects, moved
-from astroinertia.plots.bands import Band, error_of, shade
+from astroinertia.plots.error_bars import Band, error_of, shade
 
 _KINDS = (
     ("kinetic_energy", "kinetic", style.ORANGE, "-"),

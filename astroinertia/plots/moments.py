@@ -9,7 +9,7 @@ from astroinertia.dataset import bounds
 from astroinertia.dataset.absent import with_absent
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import has_values
-from astroinertia.plots.bands import error_of, shade
+from astroinertia.plots.error_bars import error_of, shade
 
 STEADY = 0.05  # a body whose moments change by less is shown by the change
 CLOSURE_BAR = 1e-12  # what double precision should keep, over the largest inertia tensor of the run

@@ -11,7 +11,7 @@ from astroinertia.dataset.absent import with_absent
 from astroinertia.dataset.rotational_share import differential, rotational_share
 from astroinertia.plots import style
 from astroinertia.plots.axis_scales import angular_momentum_scale, has_values
-from astroinertia.plots.bands import error_of, shade
+from astroinertia.plots.error_bars import error_of, shade
 
 STAYS = 1e-9  # of a spin: a smaller change is round-off, and not drawn as if it were more
 UNBOUND = 1.0  # T/|W| of what is torn apart rather than unstable to a bar

@@ -1,4 +1,4 @@
-"""Tables that come with the package: the cited ones of `data`, and those that stand beside the code."""
+"""What comes with the package: the cited tables of `data`, those that stand beside the code, the scenes of `sims`."""
 
 import csv
 from functools import lru_cache
@@ -31,3 +31,12 @@ def rows_of(path: Path) -> tuple[dict[str, str], ...]:
     """Return the rows of a CSV table of the package; lines that begin with # are comments."""
     with path.open(encoding="utf-8", newline="") as lines:
         return tuple(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+ACCOMPANIED = frozenset({"progenitor_collapse"})  # takes a table of `data` along, and so cannot be copied alone
+
+
+def scenes() -> dict[str, Path]:
+    """The files of the scenes that stand alone, by their names, in the order of the alphabet."""
+    files = sorted(shipped("sims").glob("*.toml"))
+    return {path.stem: path for path in files if path.stem not in ACCOMPANIED}

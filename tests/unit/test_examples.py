@@ -81,16 +81,8 @@ INSIDES = {
     "accuracy.budget",  # what it has time for
     *("accuracy.choice_particles", "accuracy.choice_smooth", "accuracy.pilots"),  # how accuracy.choice looks
     *("plots.attitude.motion", "plots.attitude.nutation_and_precession", "plots.attitude.reference_direction"),
-    *(
-        "plots.bands",
-        "plots.film",
-        "plots.matter",
-        "plots.polhodes",
-        "plots.render",
-        "plots.axis_scales",
-        "plots.shown_units",
-        "plots.style",
-    ),
+    *("plots.film", "plots.matter", "plots.render", "plots.axis_scales", "plots.shown_units", "plots.style"),
+    *("plots.ellipsoid.polhode", "plots.error_bars.error_of", "plots.error_bars.shade"),
     *("plots.density.column_unit", "plots.density.draw_density", "plots.density.frame_view"),  # what figures share
     *("plots.density.moments_to_show", "plots.density.name_view", "plots.density.scale_of_colours"),
     *("plots.ellipsoid.draw_axes", "plots.ellipsoid.draw_curves", "plots.ellipsoid.draw_ellipsoid"),

@@ -29,9 +29,8 @@ from astroinertia.accuracy.selected_observables import parsed, relative_error, v
 from astroinertia.cli.main import main
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
 from astroinertia.plots import summary, write_all
-from astroinertia.plots.bands import error_of, shade
 from astroinertia.plots.energy import energy_figure
-from astroinertia.plots.error_bars import error_bars_figure
+from astroinertia.plots.error_bars import error_bars_figure, error_of, shade
 from astroinertia.plots.moments import inertia_figure
 from astroinertia.plots.spin import spin_figure
 from astroinertia.run import loop as runs

@@ -6,7 +6,7 @@ import pytest
 
 from astroinertia.cli.main import main
 from astroinertia.scene import load
-from astroinertia.storage.ready_made import scenes
+from astroinertia.storage.data_tables import scenes
 
 
 @pytest.mark.parametrize("ready_made", [[], ["--from", "evrard"], ["--from", "earth_precession"]])

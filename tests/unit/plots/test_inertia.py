@@ -5,8 +5,7 @@ import pytest
 
 from astroinertia.inertia.body import Body
 from astroinertia.plots.balance import balance_figure
-from astroinertia.plots.ellipsoid import ellipsoid_figure
-from astroinertia.plots.polhodes import polhode
+from astroinertia.plots.ellipsoid import ellipsoid_figure, polhode
 from astroinertia.studies.moments import Matter, moments
 from tests.unit.plots.test_plots import assert_legible
 

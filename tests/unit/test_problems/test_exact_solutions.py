@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from astroinertia.test_problems import kelvin_helmholtz, noh, sedov, shock_tube
 from astroinertia.test_problems.matter import PROBLEMS, Matter, Solution, l1_errors, standard
-from astroinertia.test_problems.riemann import Side, sampled, star
+from astroinertia.test_problems.shock_tube import Side, sampled, star
 
 GAMMA = 5.0 / 3.0
 

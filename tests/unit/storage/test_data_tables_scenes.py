@@ -3,7 +3,7 @@
 import tomllib
 from pathlib import Path
 
-from astroinertia.storage.ready_made import ACCOMPANIED, scenes
+from astroinertia.storage.data_tables import ACCOMPANIED, scenes
 
 ROOT = Path(__file__).parents[3]
 
