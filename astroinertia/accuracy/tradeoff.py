@@ -5,17 +5,18 @@ the base; then some settings along the balanced line, where no source of error i
 comes first. Tests: tests/unit/accuracy/test_tradeoff.py, tests/physics/test_tradeoff_orders.py.
 """
 
+import math
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from astroinertia.accuracy import budget, knobs, measuring
+from astroinertia.accuracy import knobs, measuring
 from astroinertia.accuracy.analysis import Table, analysed
 from astroinertia.accuracy.exact import Exact, exact
-from astroinertia.accuracy.knobs import BALANCED, Knob, Setting
+from astroinertia.accuracy.knobs import BALANCED, Knob, Setting, Value
 from astroinertia.accuracy.selected_observables import SelectedObservable, default_names, parsed
 from astroinertia.errors import ArchiveError, RunInterrupted, SceneError
 from astroinertia.scene.schema import Scene
@@ -144,12 +145,12 @@ class _Study:
 
         def seconds(setting: Setting) -> float:
             if setting.knob != BALANCED:
-                return budget.predicted(setting, by_name[setting.knob], base, taken)
+                return predicted(setting, by_name[setting.knob], base, taken)
             share = 1.0
             for name, value in setting.chosen.items():
                 if name != main.name:
                     share *= by_name[name].cost(value) / by_name[name].cost(by_name[name].default)
-            return share * budget.predicted(_alone(main, setting.chosen[main.name]), main, base, taken)
+            return share * predicted(_alone(main, setting.chosen[main.name]), main, base, taken)
 
         return {setting: seconds(setting) for setting in self.waiting}
 
@@ -226,3 +227,28 @@ def stored_exact(scene: Scene, folder: Path) -> Exact | None:
         values = {name: np.asarray(value).tolist() for name, value in answer.values.items()}
         write_json(path, {**asdict(answer), "scene": key, "values": values})
     return answer
+
+
+_UNKNOWN = 1.0  # s, of a setting before any other was run
+_LEAST = 1e-3  # s, that every setting takes
+
+
+def predicted(setting: Setting, knob: Knob, base: float, taken: Mapping[tuple[str, Value], float]) -> float:
+    """Seconds that a setting will take.
+
+    taken: seconds by (knob, value) of what was run; base: those of the base, NaN before it was run. Along a knob whose
+    two most expensive settings are known their power law goes on; else the knob's own guess is scaled.
+    """
+    timed = [(knob.cost(value), taken[knob.name, value]) for value in knob.values if (knob.name, value) in taken]
+    timed = sorted((guess, seconds) for guess, seconds in timed if math.isfinite(seconds))
+    wanted = knob.cost(setting.value)
+    if not timed:
+        return max(_LEAST, base * wanted / knob.cost(knob.default)) if math.isfinite(base) else _UNKNOWN
+    guess, seconds = (
+        timed[-1] if wanted >= timed[-1][0] else min(timed, key=lambda pair: abs(math.log(pair[0] / wanted)))
+    )
+    growth = 1.0
+    if len(timed) > 1 and timed[-1][0] > timed[0][0] and wanted > timed[-1][0]:
+        (first, low), (last, high) = timed[-2], timed[-1]
+        growth = math.log(max(high, _LEAST) / max(low, _LEAST)) / math.log(last / first) if last > first else 1.0
+    return max(_LEAST, seconds * (wanted / guess) ** min(max(growth, 0.0), 2.0))

@@ -52,7 +52,7 @@ class Machine:
 # them). Costs of passes are seconds a particle with REFERENCE_NEIGHBOURS, direct.* of a pair; those of
 # fixed.* are what a pass takes however few particles there are, and those of few.* a particle's of the programs that
 # few have (engines.few), as one thread takes for 100 and 1000 of them; compile.sph is all that a first run of particles
-# compiles, orbit a turn of a companion on a circle (costs.orbits).
+# compiles, orbit a turn of a companion on a circle (costs.prediction).
 REFERENCE_NEIGHBOURS = 74.0
 SHIPPED_MACHINE = "a 2-core x86-64 machine"
 PRECISIONS = ("mixed", "float64")

@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING
 from astroinertia.process.lazy import exported
 
 if TYPE_CHECKING:
-    from astroinertia.effects.affine_parts import AffineParts
     from astroinertia.effects.by_function import FluidState, RigidState
     from astroinertia.effects.characteristic import Characteristic
     from astroinertia.effects.effect import Effect
     from astroinertia.effects.entries import Entry
     from astroinertia.effects.measure import TURNS, ZONE, Found, Measure, Options, within_all
-    from astroinertia.effects.particle_parts import ParticleParts
-    from astroinertia.effects.rigid_parts import RigidParts
+    from astroinertia.effects.parts import AffineParts, ParticleParts, RigidParts
     from astroinertia.engines.pytree import pytree
     from astroinertia.engines.terms import Output, PairTerm
     from astroinertia.units import REQUIRED, Dimension, Option, not_negative, positive
@@ -32,10 +30,8 @@ _MODULES = {
     "astroinertia.effects.effect": ("Effect",),
     "astroinertia.effects.entries": ("Entry",),
     "astroinertia.effects.characteristic": ("Characteristic",),
-    "astroinertia.effects.particle_parts": ("ParticleParts",),
-    "astroinertia.effects.affine_parts": ("AffineParts",),
+    "astroinertia.effects.parts": ("AffineParts", "ParticleParts", "RigidParts"),
     "astroinertia.effects.by_function": ("FluidState", "RigidState"),
-    "astroinertia.effects.rigid_parts": ("RigidParts",),
     "astroinertia.units": ("REQUIRED", "Dimension", "Option", "not_negative", "positive"),
     "astroinertia.effects.measure": ("TURNS", "ZONE", "Found", "Measure", "Options", "within_all"),
     "astroinertia.engines.terms": ("Output", "PairTerm"),

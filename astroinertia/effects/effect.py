@@ -13,10 +13,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.measure import Measure
-from astroinertia.effects.particle_parts import ParticleParts
-from astroinertia.effects.rigid_parts import RigidParts
+from astroinertia.effects.parts import AffineParts, ParticleParts, RigidParts
 from astroinertia.errors import AstroinertiaError, NumericalError, SceneError
 from astroinertia.inertia.tensor import namespace
 from astroinertia.process.known import is_known

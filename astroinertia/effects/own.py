@@ -9,14 +9,12 @@ from difflib import get_close_matches
 from types import FunctionType
 from typing import Any
 
-from astroinertia.effects.affine_parts import AffineParts
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.doors import Door
 from astroinertia.effects.effect import PARTS, Effect
 from astroinertia.effects.entries import Cost
 from astroinertia.effects.measure import Measure
-from astroinertia.effects.particle_parts import ParticleParts
-from astroinertia.effects.rigid_parts import RigidParts
+from astroinertia.effects.parts import AffineParts, ParticleParts, RigidParts
 
 TAKEN = ("common", "motion", "rigidity")  # names of what belongs to no effect, in audits, ledgers and figures
 

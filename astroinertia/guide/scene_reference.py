@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.guide.tables import bounds, number, table
-from astroinertia.scene import box, companions, places, regions, scales, schema, sinks, source, sweep, sweep_values
+from astroinertia.scene import box, companions, places, regions, scales, schema, source, sweep, sweep_values
 from astroinertia.scene.dimensional import Quantity, quantity_of
 from astroinertia.scene.initial_body import Body
 from astroinertia.scene.load import KINDS, RECORD
@@ -34,7 +34,7 @@ WRITTEN = {
     "regions": f"tables `[regions.NAME]`, at most {regions.MOST_REGIONS}",
     "bodies": f"tables `[[bodies]]`, from 2 to {places.MOST_BODIES}",
     "companions": f"tables `[[companions]]`, at most {companions.MOST_COMPANIONS}",
-    "sinks": f"tables `[[sinks]]`, at most {sinks.MOST_SINKS}",
+    "sinks": f"tables `[[sinks]]`, at most {companions.MOST_SINKS}",
 }
 INTRODUCTION = """\
 # Scene reference
@@ -75,7 +75,7 @@ def sections() -> Iterator[Section]:
     for title, model in (
         ("[[companions]]", companions.Companion),
         ("[orbits]", companions.Orbits),
-        ("[[sinks]]", sinks.Sink),
+        ("[[sinks]]", companions.Sink),
         ("[box]", box.Box),
         ("[regions.NAME]", regions.Region),
         ("[numerics]", schema.Numerics),

@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from typing import Any, Self
 
 from astroinertia.build.assemble import Prepared
-from astroinertia.effects.particle_parts import ParticleParts
+from astroinertia.effects.parts import ParticleParts
 from astroinertia.ledger.moments import Ledgers
 from astroinertia.process import activity
 from astroinertia.process.stopwatch import Places, Stopwatch, less, now, since, total, watched

@@ -1,5 +1,6 @@
-"""Other bodies of a scene, as point masses on orbits: validated and frozen, in SI (or code units)."""
+"""Other bodies of a scene, as point masses, on orbits or in its gas: validated and frozen, in SI (or code units)."""
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -109,3 +110,19 @@ def check_names(companions: tuple[Companion, ...]) -> None:
                 f"(known are {', '.join(names)})."
             )
         names.append(companion.name)
+
+
+MOST_SINKS = 100
+
+
+class Sink(Part):
+    """A sink that is there from the start, such as a star amid its disc (with the effect sinks)."""
+
+    mass: Mass = Field(description="its mass at the start")
+    position: Position | None = Field(default=None, description="where it is; at the origin without it")
+    velocity: Velocity | None = Field(default=None, description="its velocity; at rest without it")
+
+    def plan_line(self, shown: Callable[[float, str], str]) -> tuple[str, str, str]:
+        """The line of the plan: name, mass and where it is, with quantities as `shown` writes them."""
+        place = ", ".join(shown(x, "length") for x in self.position or (0.0, 0.0, 0.0))
+        return ("mass", shown(self.mass, "mass"), f"at ({place})")

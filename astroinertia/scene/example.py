@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from astroinertia.effects.catalogue import CATALOGUE
-from astroinertia.scene import box, companions, initial_body, places, regions, schema, sinks
+from astroinertia.scene import box, companions, initial_body, places, regions, schema
 from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.load import KINDS
 from astroinertia.scene.text import toml_value
@@ -54,7 +54,7 @@ ABSENT: dict[str, type[BaseModel]] = {
     "[orbit]": places.Orbit,
     "[[companions]]": companions.Companion,
     "[orbits]": companions.Orbits,
-    "[[sinks]]": sinks.Sink,
+    "[[sinks]]": companions.Sink,
     "[box]": box.Box,
 }
 LISTED = ("gravity", "pressure", "viscosity")

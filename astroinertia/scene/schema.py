@@ -19,14 +19,13 @@ from astroinertia.effects.entries import Entry
 from astroinertia.engines.few import FEW
 from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
-from astroinertia.scene.companions import MOST_COMPANIONS, Companion, Orbits, check_names
+from astroinertia.scene.companions import MOST_COMPANIONS, MOST_SINKS, Companion, Orbits, Sink, check_names
 from astroinertia.scene.dimensional import Duration, Length, Mass, Real, Whole, described, fraction
 from astroinertia.scene.equations_of_state import AnyEquationOfState
 from astroinertia.scene.fluids import OwnFluid, Part, as_tuple
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
-from astroinertia.scene.sinks import MOST_SINKS, Sink
 from astroinertia.scene.text import toml_value, with_overrides
 from astroinertia.sph.kernels import KERNELS, rising_neighbours
 from astroinertia.units import GRAVITATIONAL_CONSTANT, Dimension, si_unit

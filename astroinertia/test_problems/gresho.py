@@ -5,8 +5,7 @@ Gresho & Chan 1990, Int. J. Numer. Methods Fluids 11, 621; as a test of particle
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
-from astroinertia.test_problems.matter import Matter, Solution, Standard
+from astroinertia.test_problems.matter import Matter, Solution, Standard, cells_for, centred, filled, in_box
 
 
 def speed(radius: np.ndarray) -> np.ndarray:

@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
-from astroinertia.test_problems.matter import Matter, Standard
+from astroinertia.test_problems.matter import Matter, Standard, cells_for, centred, filled
 
 RAMP = 0.025  # thickness of the layers
 WAVE = 4.0 * np.pi  # wave number of the mode

@@ -6,8 +6,7 @@ and noise (Cullen & Dehnen 2010, MNRAS 408, 669, section 4.5). The ring is thick
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
-from astroinertia.test_problems.matter import Matter, Standard
+from astroinertia.test_problems.matter import Matter, Standard, cells_for, centred, filled
 
 INNER, OUTER, HALF = 0.5, 1.5, 0.1  # edges of the ring, and half of its thickness
 SOUND = 0.05  # speed of sound, in units of the circular speed at 1

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled
-from astroinertia.test_problems.matter import Matter, Solution, Standard
+from astroinertia.test_problems.matter import Matter, Solution, Standard, cells_for, centred, filled
 
 COLD = 1e-6  # pressure at time 0
 RADIUS = 1.0  # of the ball of gas

@@ -5,8 +5,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import roots_jacobi
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
-from astroinertia.test_problems.matter import Matter, Solution, Standard
+from astroinertia.test_problems.matter import Matter, Solution, Standard, cells_for, centred, filled, in_box
 
 COLD = 1e-6  # pressure of the gas around
 NODES = 60  # of the energy integral: round-off from some 40 on, for gamma from 1.1 to 4

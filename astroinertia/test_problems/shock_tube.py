@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from astroinertia.process.roots import root_between
-from astroinertia.test_problems.lattices import cells_for, filled, in_box
-from astroinertia.test_problems.matter import Matter, Solution, Standard
+from astroinertia.test_problems.matter import Matter, Solution, Standard, cells_for, filled, in_box
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,7 @@ Saitoh & Makino 2013, ApJ 768, 44; here the ratio of densities is 8, which latti
 
 import numpy as np
 
-from astroinertia.test_problems.lattices import cells_for, centred, filled, in_box
-from astroinertia.test_problems.matter import Matter, Solution, Standard
+from astroinertia.test_problems.matter import Matter, Solution, Standard, cells_for, centred, filled, in_box
 
 PRESSURE = 2.5
 DENSITY = 8.0  # of the square; 1 around

@@ -21,7 +21,7 @@ from astroinertia.models.sph.sorting import rearranged
 from astroinertia.models.sph.state import Problem
 from astroinertia.models.sph.step import step
 from astroinertia.sph.kernels import KERNELS
-from astroinertia.test_problems.lattices import filled
+from astroinertia.test_problems.matter import filled
 
 MATTER = {"iron": tillotson.IRON, "basalt": tillotson.BASALT}
 DENSITY, ENERGY = 1e3, 1e6  # units: kg/m3 and J/kg, hence km/s and GPa

@@ -78,7 +78,7 @@ INSIDES = {
     "bodies.polytrope.enclosing",
     "accuracy.affine_exact",  # exact answers of scenes, computed there
     *("accuracy.analysis.reference_of", "accuracy.tradeoff.stored_exact", "accuracy.measuring"),  # parts of a tradeoff
-    "accuracy.budget",  # what it has time for
+    "accuracy.tradeoff.predicted",  # what it has time for
     *("accuracy.choice_particles", "accuracy.choice_smooth", "accuracy.pilots"),  # how accuracy.choice looks
     *("plots.attitude.motion", "plots.attitude.nutation_and_precession", "plots.attitude.reference_direction"),
     *("plots.film", "plots.matter", "plots.render", "plots.axis_scales", "plots.shown_units", "plots.style"),

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from astroinertia.accuracy.budget import predicted
 from astroinertia.accuracy.knobs import Knob, Setting
+from astroinertia.accuracy.tradeoff import predicted
 
 PARTICLES = Knob(
     "particles", "", (100.0, 1000.0, 10000.0), 1000.0, lambda value: (), cost=lambda value: value ** (4 / 3)

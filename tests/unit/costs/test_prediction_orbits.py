@@ -5,9 +5,8 @@ import math
 import pytest
 
 from astroinertia.costs import machine
-from astroinertia.costs.orbits import tabulating
 from astroinertia.costs.plan_lines import lines
-from astroinertia.costs.prediction import predict
+from astroinertia.costs.prediction import predict, tabulating
 from astroinertia.costs.probe_scenes import RIGID
 from astroinertia.scene import load
 
