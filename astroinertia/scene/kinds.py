@@ -1,8 +1,17 @@
-"""The kinds that a table of a scene may be of: every class with a `kind` in the modules of a folder of this room."""
+"""The kinds of bodies and of equations of state that a scene may ask for, validated and frozen, in SI (or code units).
+
+A kind is a class of a module of scene.body_kinds or scene.fluid_kinds, which nothing else names.
+"""
 
 import pkgutil
 from importlib import import_module
-from typing import Any, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union, get_args
+
+from pydantic import Field
+
+from astroinertia.scene.fluids import Fluid, OwnFluid
+from astroinertia.scene.initial_body import Body
+from astroinertia.scene.own_body import OwnBody
 
 Kind = TypeVar("Kind", bound=Any)
 
@@ -19,3 +28,11 @@ def kinds_of(folder: str, base: type[Kind]) -> dict[str, type[Kind]]:
     ]
     kinds = {get_args(made.model_fields["kind"].annotation)[0]: made for made in classes if "kind" in made.model_fields}
     return dict(sorted(kinds.items(), key=lambda item: (item[1].rank, item[0])))
+
+
+BODY_KINDS, FLUID_KINDS = kinds_of("body_kinds", Body), kinds_of("fluid_kinds", Fluid)
+if TYPE_CHECKING:
+    AnyBody = AnyEquationOfState = Any
+else:
+    AnyBody = Annotated[Union[*BODY_KINDS.values(), OwnBody], Field(discriminator="kind")]
+    AnyEquationOfState = Annotated[Union[*FLUID_KINDS.values(), OwnFluid], Field(discriminator="kind")]

@@ -14,12 +14,13 @@ from astroinertia.effects.entries import Entry
 from astroinertia.effects.own import EFFECTS, with_functions
 from astroinertia.errors import SceneError
 from astroinertia.observables.own import OBSERVABLES
-from astroinertia.scene import bodies, equations_of_state, schema
+from astroinertia.scene import schema
 from astroinertia.scene.auto import AUTO, Choice, choose
 from astroinertia.scene.body_kinds.profile import shells_of
 from astroinertia.scene.dimensional import described, fraction
 from astroinertia.scene.fluids import OwnFluid
 from astroinertia.scene.from_python import kind_of, text_of
+from astroinertia.scene.kinds import BODY_KINDS, FLUID_KINDS
 from astroinertia.scene.options import effect_options, options_of
 from astroinertia.scene.own import BODIES, MATTER, Given, by_door, door_of
 from astroinertia.scene.own_body import KEYS as OF_ANY_BODY, OwnBody
@@ -45,10 +46,8 @@ SWEEP, SI = "sweep", "SI"
 
 BEFORE_CHOICE = 1000  # particles of a scene whose number is to be chosen, until it is
 KINDS: dict[str, dict[str, type[Any]]] = {
-    "body": bodies.KINDS,
-    "bodies": bodies.KINDS,
-    "equation_of_state": equations_of_state.KINDS,
-}
+    "body": BODY_KINDS, "bodies": BODY_KINDS, "equation_of_state": FLUID_KINDS,
+}  # fmt: skip
 OF_OUTSIDE: dict[str, type[Any]] = {"body": OwnBody, "bodies": OwnBody, "equation_of_state": OwnFluid}
 KEYS = [name for name in schema.Scene.model_fields if name not in RECORD]
 
@@ -207,7 +206,7 @@ def _particles_to_choose(tables: dict[str, Any]) -> list[str]:
     chosen = "accuracy" in tables and tables.get("settings", "chosen") == "chosen"
     if not chosen or tables.get("model", "sph") != "sph" or not isinstance(body, dict) or "particles" in body:
         return []
-    made = bodies.KINDS.get(str(body.get("kind")))
+    made = KINDS["body"].get(str(body.get("kind")))
     return [f"body.particles={BEFORE_CHOICE}"] if made is not None and "particles" in made.model_fields else []
 
 

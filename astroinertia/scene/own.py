@@ -11,7 +11,7 @@ from astroinertia.effects.entries import Entry
 from astroinertia.effects.own import EFFECTS, with_functions
 from astroinertia.errors import SceneError
 from astroinertia.observables.own import OBSERVABLES
-from astroinertia.scene import bodies, equations_of_state
+from astroinertia.scene.kinds import BODY_KINDS, FLUID_KINDS
 from astroinertia.scene.own_body import KEYS
 
 Given = Mapping[Door, Mapping[str, Entry]]  # what is given from Python, by door and kind
@@ -42,10 +42,10 @@ def _of_body(made: Any) -> dict[str, Any]:
 
 MATTER = Door(
     "matter", "equation of state", "astroinertia.matter.Matter", "equation_of_state", "matter=...",
-    (*equations_of_state.KINDS, "own"), _of_matter, models=(), single=True,
+    (*FLUID_KINDS, "own"), _of_matter, models=(), single=True,
 )  # fmt: skip
 BODIES = Door(
-    "bodies", "initial body", "astroinertia.initial.Body", "body", "body=...", (*bodies.KINDS, "own"), _of_body,
+    "bodies", "initial body", "astroinertia.initial.Body", "body", "body=...", (*BODY_KINDS, "own"), _of_body,
     models=("sph", "rigid"), single=True, traced=False,
 )  # fmt: skip
 DOORS = (EFFECTS, MATTER, BODIES, OBSERVABLES)

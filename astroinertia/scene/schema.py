@@ -17,12 +17,11 @@ from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.effects.entries import Entry
 from astroinertia.engines.few import FEW
-from astroinertia.scene.bodies import KINDS, AnyBody
 from astroinertia.scene.box import Box
 from astroinertia.scene.companions import MOST_COMPANIONS, MOST_SINKS, Companion, Orbits, Sink, check_names
 from astroinertia.scene.dimensional import Duration, Length, Mass, Real, Whole, described, fraction
-from astroinertia.scene.equations_of_state import AnyEquationOfState
 from astroinertia.scene.fluids import OwnFluid, Part, as_tuple
+from astroinertia.scene.kinds import BODY_KINDS, AnyBody, AnyEquationOfState
 from astroinertia.scene.own_body import OwnBody
 from astroinertia.scene.places import MOST_BODIES, Orbit
 from astroinertia.scene.regions import MOST_REGIONS, REGION_NAME, Region
@@ -521,7 +520,7 @@ class Scene(Part, metaclass=_Called):
             raise ValueError(f"[box] needs the engine numba_cpu; {self.numerics.engine} sees no images of particles.")
         for body in self.bodies or (self.body,):
             if not body.boxed:
-                kinds = " and ".join(kind for kind, made in KINDS.items() if made.boxed)
+                kinds = " and ".join(kind for kind, made in BODY_KINDS.items() if made.boxed)
                 raise ValueError(f"[box] is for bodies of the kinds {kinds}, not {body.title}.")
         if self.regions:
             raise ValueError("[box] cannot have regions, whose ledgers are about places.")

@@ -24,7 +24,7 @@ from pydantic.fields import FieldInfo
 from astroinertia.build.effects import effects_of
 from astroinertia.effects.catalogue import CATALOGUE
 from astroinertia.errors import SceneError
-from astroinertia.scene import bodies, load, scales, schema
+from astroinertia.scene import load, scales, schema
 from astroinertia.scene.dimensional import Quantity
 from astroinertia.scene.fluids import FROM_BODY
 from astroinertia.scene.text import toml_key, toml_text, toml_value
@@ -237,7 +237,7 @@ class _Drawn:
     def _field(self, place: _Place, field: FieldInfo) -> Any:
         if place.field == "particles" and self.model == "sph":
             return self.chance.randint(*PARTICLES)
-        if place.field == "box" and (not bodies.KINDS[self.body].boxed or self.model != "sph"):
+        if place.field == "box" and (not load.KINDS["body"][self.body].boxed or self.model != "sph"):
             return None
         if self.model == "scaling" and place.field in TURNED and self.chance.random() > SELDOM:
             return None

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from astroinertia.scene import bodies
+from astroinertia.scene import kinds
 from astroinertia.scene.initial_body import Body
-from astroinertia.scene.kinds import kinds_of
 
-PACKAGE = Path(bodies.__file__).parents[1]
+PACKAGE = Path(kinds.__file__).parents[1]
 CUSP = '''
 """Bodies with a cusp."""
 from typing import Literal
@@ -137,7 +136,7 @@ def test_an_effect_a_body_an_equation_of_state_and_an_observable_are_one_file_ea
 
 
 def test_kinds_come_in_the_order_of_their_rank_and_then_of_their_names() -> None:
-    kinds = kinds_of("body_kinds", Body)
-    assert list(kinds)[:3] == ["polytrope", "homologous_core", "uniform"]
-    ranks = [made.rank for made in kinds.values()]
-    assert ranks == sorted(set(ranks)) and len(kinds) == 11
+    bodies = kinds.kinds_of("body_kinds", Body)
+    assert list(bodies)[:3] == ["polytrope", "homologous_core", "uniform"]
+    ranks = [made.rank for made in bodies.values()]
+    assert ranks == sorted(set(ranks)) and len(bodies) == 11
