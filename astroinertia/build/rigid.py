@@ -71,7 +71,9 @@ def evolution(scene: Scene, units: CodeUnits) -> RigidBody:
     )
     along = rotation_axis(scene)
     if scene.body.rotation is not None and scene.body.rotation.wobble is not None:
-        swollen = principal + (0.0 if deformability is None else 2.0 / 3.0 * deformability * _rate(scene, units) ** 2)
+        swollen = principal
+        if deformability is not None:
+            swollen = principal + 2.0 / 3.0 * deformability * rotation_amount(scene, units, False).get("rate", 0.0) ** 2
         rows, along = _wobbling(scene, swollen, axes, rows, along)
     attitude = nearest_rotation(axes @ rows)
     spin = _spin(scene, units, rows.T @ tensor @ rows, energy, along)
@@ -209,10 +211,6 @@ def _at_rest(tensor: np.ndarray, deformability: float, rate: float) -> np.ndarra
     """The tensor without the bulge of a spin about the axis of the largest moment."""
     about = principal_frame(tensor)[1][2]
     return tensor - deformability * rate**2 * (np.outer(about, about) - np.eye(3) / 3.0)
-
-
-def _rate(scene: Scene, units: CodeUnits) -> float:
-    return rotation_amount(scene, units, False).get("rate", 0.0)
 
 
 def _wobbling(

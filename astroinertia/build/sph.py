@@ -121,7 +121,8 @@ def resumed(scene: Scene, units: CodeUnits, arrays: Mapping[str, np.ndarray]) ->
     mass = np.full(_STENCIL, math.fsum(arrays[".mass"]) / _STENCIL)
     stencil = Body(mass, random[0], random[1], np.ones(_STENCIL), None)
     points, _ = companions.beside(scene, units, problem, stencil)
-    bare = replace(problem, engine=_bare(problem.engine))
+    # Without its box: particles that only show a structure have no place in it.
+    bare = replace(problem, engine=getattr(problem.engine, "inner", problem.engine))
     points |= sinks.none(scene, problem, arrays[".mass"])
     several = materials_of(problem.equation_of_state) > 1
     like, _ = initial_state(
@@ -228,11 +229,6 @@ def _in_box(scene: Scene, units: CodeUnits, engine: Any) -> Any:
     if scene.particles is not None and scene.particles <= FEW:
         engine = replace(engine, images=module.IMAGES_OF_FEW)
     return module.Engine(engine, tuple(np.where(box.repeats, lengths, np.inf).tolist()), support)
-
-
-def _bare(engine: Any) -> Any:
-    # The engine without its box: particles that only show a structure have no place in it.
-    return getattr(engine, "inner", engine)
 
 
 def base_step_of(scene: Scene) -> Any:

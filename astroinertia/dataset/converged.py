@@ -112,11 +112,8 @@ def _answer(text: str) -> Reference | None:
         solved = physics(load.loads(text))
     except SceneError:  # of an effect or a body that is not here
         return None
-    return next((one for one in alike if _same(_stated(one), solved)), None)
-
-
-def _stated(answer: Reference) -> dict[str, Any]:
-    return physics(load.loads(toml_text({"name": answer.name, **answer.scene})))
+    stated = ((one, load.loads(toml_text({"name": one.name, **one.scene}))) for one in alike)
+    return next((one for one, scene in stated if _same(physics(scene), solved)), None)
 
 
 def _distance(dataset: xr.Dataset, value: Mapping[str, Any]) -> Distance | None:

@@ -243,7 +243,7 @@ def _variables(
             lacks = NO_VALUE if name in own else absent.get(name) or quantity.absent.get(str(metadata.get("model")))
             attrs["reason"] = lacks or reason_for_absence(name, effects, units == DIMENSIONLESS, frame)
         if skipped and "effect" in quantity.dims:
-            array = _with_rows(array, len(skipped))
+            array = np.concatenate([array, np.full((len(array), len(skipped), *array.shape[2:]), np.nan)], axis=1)
             attrs["skipped_effects"] = "; ".join(f"{kind}: {reason}" for kind, reason in skipped.items())
         variables[name] = (quantity.dims, converted(array, quantity, units), attrs)
     for name, origin in metadata.get("own_observables", {}).items():
@@ -339,11 +339,6 @@ def _annotate(variables: dict, tolerance: float, metadata: Mapping[str, Any]) ->
     if "reason" not in variables["timestep_limit"][2]:
         flags = {"flag_values": np.arange(float(len(limits))), "flag_meanings": " ".join(limits)}
         variables["timestep_limit"][2].update(flags)
-
-
-def _with_rows(array: np.ndarray, count: int) -> np.ndarray:
-    """The rows of effects that the model skips, as NaN, after those it has, (time, effect, ...)."""
-    return np.concatenate([array, np.full((len(array), count, *array.shape[2:]), np.nan)], axis=1)
 
 
 def _sizes(values: Mapping[str, np.ndarray], effects: list[str]) -> dict[str, int]:

@@ -41,9 +41,9 @@ def _absolute(axes, dataset: xr.Dataset, shares: xr.DataArray) -> None:
     scale, unit = style.scale_of(style.unit_of(shares), shares.values)
     names = [str(name) for name in shares["share"].values]
     for name in _present(shares):
-        dashes = (0, (4, 2)) if name == "motion" else "-"
+        dashes, said = ((0, (4, 2)), "motion (kinetic tensor)") if name == "motion" else ("-", style.words(name))
         colour = style.effect_colour(name, names)
-        axes.plot(times, shares.sel(share=name) / scale, color=colour, linestyle=dashes, label=_said(name))
+        axes.plot(times, shares.sel(share=name) / scale, color=colour, linestyle=dashes, label=said)
     total = shares.sum("share").values
     axes.plot(times, total / scale, color=style.GREY, linewidth=3.2, alpha=0.55, label="all together", zorder=1.5)
     spread = np.nanmax(abs(shares.values)), np.median(np.nansum(abs(shares.values), axis=1))
@@ -119,7 +119,3 @@ def _angular_momentum(axes, dataset: xr.Dataset, impulse: np.ndarray) -> None:
 def _present(shares: xr.DataArray) -> list[str]:
     """Motion and the effects that the model has; rows of effects that it skips are NaN."""
     return [str(name) for name in shares["share"].values[shares.notnull().any("time").values]]
-
-
-def _said(name: str) -> str:
-    return "motion (kinetic tensor)" if name == "motion" else style.words(name)

@@ -45,7 +45,8 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
     errors = l1_errors(computed, exact, inside)
     place = position - np.where(np.isfinite(lengths), lengths, 1.0) * np.round(position / lengths)
     where = _coordinate(ALONG[problem], place)[inside]
-    dots = _near_the_line(problem, place[inside], lengths)
+    # Of a flow that also varies across x the particles of a strip are drawn.
+    dots = abs(place[inside, 1]) < _STRIP * lengths[1] if problem == "square" else slice(None)
     along = np.linspace(where.min(), where.max(), _POINTS)
     line = np.zeros((_POINTS, 3))
     line[:, 0] = along
@@ -60,11 +61,6 @@ def standard_figure(dataset: xr.Dataset, snapshots: xr.Dataset) -> Figure | None
             panel.set(xlabel=LABELS[ALONG[problem]], title=f"{name}, L1 error {error:.2g}")
         figure.axes[0].legend(fontsize=8, markerscale=4)
     return figure
-
-
-def _near_the_line(problem: str, place: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Which particles are drawn: of a flow that also varies across x those of a strip."""
-    return abs(place[:, 1]) < _STRIP * lengths[1] if problem == "square" else np.ones(len(place), bool)
 
 
 def _coordinate(kind: str, position: np.ndarray) -> np.ndarray:

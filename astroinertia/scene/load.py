@@ -112,7 +112,8 @@ def loads(
     except Problem as problem:
         path = tuple(part for part in problem.path if isinstance(part, str))
         at = where(text if numbered else "", [item for item in overrides if item not in listed], path, name)
-        raise SceneError(f"{at}: {_message(problem)}") from None
+        named, message = place(problem.path, problem.table) if problem.path else "", problem.message
+        raise SceneError(f"{at}: {named}{message if named else message.lstrip(': ')}") from None
 
 
 def with_effects(scene: schema.Scene, effects: Sequence[Any]) -> schema.Scene:
@@ -217,10 +218,6 @@ def _stays(tables: Mapping[str, Any]) -> dict[str, Any]:
     body = tables.get("body", {})
     stays = [key for key in OF_ANY_BODY if key not in ("kind", "placement", "relax", "pressure_fraction")]
     return {key: body[key] for key in stays if isinstance(body, dict) and key in body}
-
-
-def _message(problem: Problem) -> str:
-    return f"{place(problem.path, problem.table)}{problem.message}" if problem.path else problem.message.lstrip(": ")
 
 
 def where(text: str, overrides: Sequence[str], path: tuple[str, ...], name: str) -> str:

@@ -92,6 +92,9 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
     good = np.isfinite(core_radius)
     deviations = {layer: _deviation(getattr(layers, layer)) for layer in _ASSUMABLE}
     deviations[name] = float(np.nan_to_num(density.uncertainty))
+    text = f"{name.replace('_', ' ')} {_with_error(density)} kg/m3"
+    if crust is not None:
+        text += f"; crust {_with_error(crust[0], 1e3)} km of {_with_error(crust[1])} kg/m3"
     low, high = np.quantile(core_radius[good], [0.16, 0.84]) if good.any() else (np.nan, np.nan)
     return CoreInversion(
         core_radius=float(central.core_radius_ratio * one.mean_radius),
@@ -102,7 +105,7 @@ def core_inversion(one: SolarSystemBody, ratio_row: int = 0, draws: int = DRAWS)
         mantle_density=float(central.mantle_density),
         mantle_density_deviation=deviations["mantle_density"],
         possible_share=float(good.mean()),
-        assumed=_layer_text(name, density) + ("" if crust is None else "; " + _crust_text(*crust)),
+        assumed=text,
         layers=central,
     )
 
@@ -152,14 +155,6 @@ def _spread(value: float, deviation: float, normal: np.ndarray) -> np.ndarray:
 def _deviation(values: np.ndarray) -> float:
     low, high = np.nanquantile(values, [0.16, 0.84]) if np.isfinite(values).any() else (np.nan, np.nan)
     return float(high - low) / 2
-
-
-def _layer_text(name: str, density: Published) -> str:
-    return f"{name.replace('_', ' ')} {_with_error(density)} kg/m3"
-
-
-def _crust_text(thickness: Published, density: Published) -> str:
-    return f"crust {_with_error(thickness, 1e3)} km of {_with_error(density)} kg/m3"
 
 
 def _with_error(number: Published, unit: float = 1.0) -> str:

@@ -86,7 +86,7 @@ def two_layer_sweep(
     >>> print((family.core_radius / 1e3).values.round())  # km: a denser core is smaller
     [2007. 1737.]
     """
-    one = _body(name)
+    one = name if isinstance(name, SolarSystemBody) else body(name)
     fixed = {} if fixed is None else dict(fixed)
     inputs = {**values, **fixed}
     for key, value in (("mass", one.mass), ("radius", one.mean_radius)):
@@ -337,7 +337,3 @@ def _kind(one: SolarSystemBody, ratio: Published) -> str:
     """Of which moment a published ratio is; nothing where none is published."""
     kinds = {"polar_moment_ratio": "polar", "mean_moment_ratio": "mean"}
     return next((kind for name, kind in kinds.items() if ratio in one.published.get(name, ())), "")
-
-
-def _body(name: str | SolarSystemBody) -> SolarSystemBody:
-    return name if isinstance(name, SolarSystemBody) else body(name)
