@@ -23,7 +23,7 @@ from astroinertia.storage.atomic import write_json
 FORMAT = 3  # raise it when a cost changes its meaning
 FILE = "machine.json"
 LARGEST_FILE = 1 << 16  # bytes
-MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no honest cost is as large
+MOST_SECONDS, MOST_BYTES = 1e4, 1e13  # no cost is as large
 _VERSIONS = ("numpy", "numba", "jax", "diffrax")  # those that carry out what is timed
 
 
