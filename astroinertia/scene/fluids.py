@@ -51,6 +51,8 @@ class Fluid(Part):
 
     rank: ClassVar[int] = 100
     """Its place in lists of all kinds."""
+    gamma_key: ClassVar[str] = ""
+    """The key that says its first_gamma, or the first of several."""
     thermal_key: ClassVar[str] = ""
     """The key that says its thermal_gamma."""
     barotropic: ClassVar[bool] = False
@@ -61,7 +63,8 @@ class Fluid(Part):
     @property
     def first_gamma(self) -> float:
         """Adiabatic exponent of the pressure that holds a body up at first; 5/3 where it is not of one exponent."""
-        return MONATOMIC
+        gamma = getattr(self, self.gamma_key) if self.gamma_key else MONATOMIC
+        return gamma[0] if isinstance(gamma, tuple) else gamma
 
     @property
     def thermal_gamma(self) -> float | None:

@@ -17,6 +17,7 @@ class HybridFluid(Fluid):
 
     kind: Literal["hybrid"]
     rank: ClassVar[int] = 5
+    gamma_key: ClassVar[str] = "gamma_1"
     thermal_key: ClassVar[str] = "gamma_thermal"
     gamma_1: Gamma = Field(
         default=1.31, description="exponent of the cold part below nuclear density; below 4/3 it stops no fall"
@@ -28,11 +29,6 @@ class HybridFluid(Fluid):
         default=FROM_BODY,
         description='K below nuclear density, or "from body": the K that gives the body its own central pressure',
     )
-
-    @property
-    def first_gamma(self) -> float:
-        """As of every Fluid."""
-        return self.gamma_1
 
     @property
     def pieces(self) -> tuple[tuple[float, float], ...]:

@@ -13,13 +13,9 @@ class IdealGas(Fluid):
 
     kind: Literal["ideal"]
     rank: ClassVar[int] = 1
+    gamma_key: ClassVar[str] = "gamma"
     thermal_key: ClassVar[str] = "gamma"
     gamma: Gamma = Field(default=MONATOMIC, description="adiabatic exponent")
-
-    @property
-    def first_gamma(self) -> float:
-        """As of every Fluid."""
-        return self.gamma
 
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """As of every Fluid."""

@@ -14,6 +14,7 @@ class PiecewisePolytropicFluid(Fluid):
 
     kind: Literal["piecewise_polytropic"]
     rank: ClassVar[int] = 4
+    gamma_key: ClassVar[str] = "gammas"
     barotropic: ClassVar[bool] = True
     densities: Annotated[tuple[Density, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=20)] = Field(
         description="dividing densities, rising"
@@ -34,11 +35,6 @@ class PiecewisePolytropicFluid(Fluid):
         if any(b <= a for a, b in zip(self.densities, self.densities[1:], strict=False)):
             raise ValueError("needs densities that rise.")
         return self
-
-    @property
-    def first_gamma(self) -> float:
-        """As of every Fluid."""
-        return self.gammas[0]
 
     @property
     def pieces(self) -> tuple[tuple[float, float], ...]:

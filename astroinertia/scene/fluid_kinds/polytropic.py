@@ -13,16 +13,12 @@ class PolytropicFluid(Fluid):
 
     kind: Literal["polytropic"]
     rank: ClassVar[int] = 3
+    gamma_key: ClassVar[str] = "gamma"
     barotropic: ClassVar[bool] = True
     gamma: Gamma = Field(description="exponent")
     constant: Annotated[float | str, pressure_constant("gamma")] = Field(
         default=FROM_BODY, description='K, or "from body": the K that holds the body in equilibrium'
     )
-
-    @property
-    def first_gamma(self) -> float:
-        """As of every Fluid."""
-        return self.gamma
 
     def matter(self, units: CodeUnits, constant: float | None) -> Any:
         """As of every Fluid."""
