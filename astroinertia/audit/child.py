@@ -10,17 +10,14 @@ import json
 import sys
 import time
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.audit import operations
+from astroinertia.audit import operations, programs
 from astroinertia.build.assemble import prepare
-from astroinertia.build.sph import engine_of
 from astroinertia.engines.numba_cache import kernel_directory
 from astroinertia.scene import load
 from astroinertia.scene.schema import Scene
@@ -38,7 +35,7 @@ def counts(scene: Scene) -> dict[str, Any]:
     texts = generated()
     owners = {entry.made.__module__: kind for kind, entry in scene.entries.items()}
     objects = Counter(map(type, gc.get_objects()))  # what tracing makes is not the scene's
-    program = traced(scene, evolution)
+    program = programs.traced(scene, evolution)
     return {
         "objects": {kind: objects[entry.made] for kind, entry in scene.entries.items()},
         "generated": sorted(texts),
@@ -97,44 +94,3 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
-
-
-def traced(scene: Scene, evolution: Any) -> Any:
-    """The jaxpr of a step (sph) or of the rates of change (ellipsoid, rigid); None where closed forms answer (scaling).
-
-    Particles are traced with the engine xla, whatever engine the scene asks for: the physics is written once.
-    """
-    if scene.model == "scaling":
-        return None
-    trace = {"sph": _particles, "ellipsoid": _ellipsoid, "rigid": _rigid}[scene.model]
-    with jax.enable_x64(True):
-        return trace(evolution).jaxpr.jaxpr
-
-
-def _particles(evolution: Any) -> Any:
-    from astroinertia.models.sph.sorting import arranged
-    from astroinertia.models.sph.step import step
-
-    problem, state = evolution.problem, jax.tree.map(jnp.asarray, evolution.state)
-    engine = engine_of("xla", "float64", problem.kernel)
-    problem = replace(problem, engine=engine)
-    pairs = engine.arrange(state.position, state.smoothing_length)[1]
-    arrangement = arranged(problem, pairs, state)
-    return jax.jit(step).trace(problem, arrangement, state, jnp.asarray(1e-3))
-
-
-def _ellipsoid(evolution: Any) -> Any:
-    from astroinertia.models.ellipsoid import affine_body
-
-    problem = evolution.problem
-    scaled = affine_body.measured(problem, evolution.state)
-    return jax.jit(affine_body.scaled_rate).trace(jnp.asarray(evolution.time), scaled, problem)
-
-
-def _rigid(evolution: Any) -> Any:
-    from astroinertia.models.rigid import body as rigid
-
-    state = evolution.state
-    return jax.jit(rigid.motion).trace(
-        evolution.body, jnp.asarray(evolution.time), state.turning.value, state.angular_momentum.value
-    )

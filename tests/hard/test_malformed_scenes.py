@@ -77,7 +77,7 @@ TEXTS = {
     "effect that names code": (swap("gravity", '"astroinertia.errors"'), "not a known effect"),
     "no kind": (swap('kind = "ideal"', ""), "kind is missing"),
     "missing key": (swap('mass = "1.4 Msun"', ""), "mass is missing"),
-    "missing table": (GOOD.partition("[time]")[0], "time is missing"),
+    "missing table": (GOOD.partition("[time]")[0], r"\[time\] is missing"),
     "missing option of an effect": (add("[effects.damping]\n"), "time_scale is missing"),
     "key of another kind": (swap("index", "exponent"), "belongs to the kind power_law"),
     "two rotations": (swap("rate =", "t_over_w = 0.1\nrate ="), "exactly one of"),

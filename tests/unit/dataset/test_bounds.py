@@ -167,4 +167,4 @@ def test_a_sweep_names_the_member_whose_ledger_does_not_close(tmp_path, capsys, 
 def test_help_says_what_the_exit_code_means(command, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
-    assert "3, it has ended and its file is written, but its ledger" in " ".join(capsys.readouterr().out.split())
+    assert "3 it has ended, and its file is written, but its ledger" in " ".join(capsys.readouterr().out.split())

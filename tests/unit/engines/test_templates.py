@@ -95,10 +95,9 @@ def test_the_walk_takes_every_pair_once(plain, monkeypatch, theta, limit):
     far, taken = plain.walk.far_field, []
     monkeypatch.setattr(plain.walk, "far_field", lambda *given: (taken.append(given[0]), far(*given)))
     generated = SimpleNamespace(**vars(plain.refit) | vars(plain.walk))
-    monkeypatch.setattr(multipole, "_module", lambda order, precision: generated)
     nodes = trees.tree(POSITION, leaf_size=3, threads=1)
     particles = multipole._Particles(MASS, POSITION, LENGTH, nodes, "float64", 1)
-    acceleration, potential = particles.sums(5, math.inf, theta, None)
+    acceleration, potential = particles.sums(generated, 5, math.inf, theta, None)
     expected, depth = clamped_points()
     assert np.abs(acceleration - expected).max() < limit * np.abs(expected).max()
     assert np.abs(potential / depth - 1.0).max() < limit
@@ -107,13 +106,12 @@ def test_the_walk_takes_every_pair_once(plain, monkeypatch, theta, limit):
 
 def test_softening_takes_every_pair_within_reach_once(plain, monkeypatch):
     generated = SimpleNamespace(**vars(plain.refit) | vars(plain.walk))
-    monkeypatch.setattr(multipole, "_module", lambda order, precision: generated)
     monkeypatch.setattr(multipole, "_softening", lambda kernel, precision: plain.softening)
     monkeypatch.setattr(multipole, "GROUPED", 8)
     nodes = trees.tree(POSITION, leaf_size=3, threads=1)
     length = 4.0 * LENGTH
     particles = multipole._Particles(MASS, POSITION, length, nodes, "float64", 1)
-    acceleration, potential = particles.sums(5, math.inf, 0.0, None, "wendland_c2")
+    acceleration, potential = particles.sums(generated, 5, math.inf, 0.0, None, "wendland_c2")
     apart = POSITION[:, None] - POSITION
     r = np.linalg.norm(apart, axis=2)
     each = [(r / h, h) for h in (length[:, None], length)]

@@ -231,7 +231,7 @@ def test_other_stops_are_not_those_of_the_callback(tmp_path: Path) -> None:
         ({"callback": print, "every": 2.5}, "every: must have a unit"),
         ({"callback": print, "every": 2 * u.m}, "every: '2.0 m' is not a time"),
         ({"callback": print, "every": -2 * u.s}, "every: must be positive"),
-        ({"callback": print, "every": [1, 2] * u.s}, "every: must be a number, not a list."),
+        ({"callback": print, "every": [1, 2] * u.s}, "every: must be a single quantity, not a list: "),
         ({"callback": print, "every": True}, "every: must be a number, not true."),
         ({"callback": print, "every": object()}, "every: must be a time or a number of steps, not something of"),
         ({"progress": "yes"}, "progress must be True, False or None, not 'yes'."),
