@@ -45,7 +45,4 @@ def _ellipsoid(evolution: Any) -> Any:
 def _rigid(evolution: Any) -> Any:
     from astroinertia.models.rigid import body as rigid
 
-    state = evolution.state
-    return jax.jit(rigid.motion).trace(
-        evolution.body, jnp.asarray(evolution.time), state.turning.value, state.angular_momentum.value
-    )
+    return jax.jit(rigid.motion).trace(evolution.body, jnp.asarray(evolution.time), evolution.state.turning.value)
