@@ -31,9 +31,6 @@ ENTRY: dict[str, Any] = {
 LANES = 16
 # Bits of the vectors that the processor closes up; 0 where it cannot.
 COMPACTED_BITS = vector_bits()
-# 1/sqrt of float32 by the estimate that processors with vectors of 512 bits have, over the exact one: the mean over a
-# factor of four of the argument, and that of the cube; single ones are up to 6e-5 off. Narrower vectors have 4e-4.
-MEAN_ROOT, MEAN_CUBE = 1.0 + 8.98e-6, 1.0 + 2.694e-5
 INT64 = ir.IntType(64)
 
 
@@ -119,7 +116,7 @@ def widest_vectors(typingctx):
 
 @plain_or_intrinsic(lambda: None)
 def estimated_roots(typingctx):
-    """Let 1/sqrt of float32 in the calling function be the processor's estimate."""
+    """Let 1/sqrt of float32 in the calling function be the processor's estimate (processor.mean_estimates)."""
 
     def codegen(context, builder, signature, args):
         set.add(builder.function.attributes, '"reciprocal-estimates"="vec-sqrtf:0,sqrtf:0"')

@@ -10,7 +10,8 @@ import numpy as np
 from astroinertia.engines.numba_cache import load_module
 from astroinertia.engines.numba_modules import neighbour_functions
 from astroinertia.engines.numba_passes import header
-from astroinertia.engines.numba_vectors import COMPACTED_BITS, MEAN_CUBE, MEAN_ROOT
+from astroinertia.engines.numba_vectors import COMPACTED_BITS
+from astroinertia.engines.processor import mean_estimates
 from astroinertia.engines.templates import template
 from astroinertia.engines.threads import available_threads, share_out
 from astroinertia.engines.together import ALONE, Alone, Part
@@ -45,7 +46,9 @@ AVERAGED = 3000  # particles, of which errors of single pairs average out
 @functools.lru_cache(maxsize=32)
 def _module(p: int, precision: str, coarse: bool) -> ModuleType:
     # coarse: near pairs by the processor's estimate of 1/r, which leaves rms errors of 5e-6 to 1.5e-5.
-    estimated = coarse and precision == "mixed" and COMPACTED_BITS == 512
+    roots, share, cubed = "once", 1.0, 1.0
+    if coarse and precision == "mixed" and COMPACTED_BITS == 512:
+        roots, (share, cubed) = "estimated_roots", mean_estimates()
     text = [
         *header(precision),
         template("gravity/compaction.py"),
@@ -53,9 +56,7 @@ def _module(p: int, precision: str, coarse: bool) -> ModuleType:
         f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
         f"MOMENTS = {padded_moments(p)}",
         f"SHEET, ALIKE = real({SHEET}), real({ALIKE})",
-        f"roots_of_pairs, OF_FORCE, OF_POTENTIAL = estimated_roots, real({1.0 / MEAN_CUBE}), real({1.0 / MEAN_ROOT})"
-        if estimated
-        else "roots_of_pairs, OF_FORCE, OF_POTENTIAL = once, real(1), real(1)",
+        f"roots_of_pairs, OF_FORCE, OF_POTENTIAL = {roots}, real({1.0 / cubed}), real({1.0 / share})",
         *expansions(p),
         template("gravity/refit.py"),
         template("gravity/walk.py"),

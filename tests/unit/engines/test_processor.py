@@ -4,8 +4,10 @@ import os
 import subprocess
 import sys
 
+import llvmlite.binding as llvm
 import pytest
 
+from astroinertia.engines.processor import mean_estimates
 from tests.processors import PROCESSORS
 
 # Numbers of 32 bits stand beside keys of 64: the widest vectors hold half as many of those. The program is run
@@ -54,3 +56,13 @@ def test_numbers_are_compacted_for_every_processor(name):
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     assert int(done.stdout) == processor.bits
+
+
+def test_means_of_estimated_roots_are_those_of_small_errors():
+    """Of errors of at most 2^-14 that of the cube is thrice their mean, and thrice their mean square."""
+    mean, cube = mean_estimates()
+    if not llvm.get_host_cpu_features().get("avx512f"):
+        assert (mean, cube) == (1.0, 1.0)
+        return
+    assert abs(mean - 1.0) < 2.0**-14
+    assert 0.0 < cube - 1.0 - 3.0 * (mean - 1.0) < 3.1 * 2.0**-28
