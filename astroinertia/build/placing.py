@@ -14,13 +14,10 @@ from astroinertia.build.spheres import Sphere, Star, building, stretch
 from astroinertia.build.spin import rotation_amount
 from astroinertia.engines import numba_cpu
 from astroinertia.errors import SceneError
-from astroinertia.matter import gases, planetary
-from astroinertia.matter.interior import isentrope
+from astroinertia.matter import gases
 from astroinertia.models.sph import relaxation
-from astroinertia.models.sph.first_state import initial_state
 from astroinertia.models.sph.state import Problem
 from astroinertia.scene.schema import Scene
-from astroinertia.sph.kernels import KERNELS
 from astroinertia.sph.placement import azimuthal_mode, place, turned
 from astroinertia.sph.rotating import mapped
 from astroinertia.sph.rotation import rotation_velocity
@@ -138,6 +135,8 @@ def of_planet(scene: Scene, units: CodeUnits, planet: Any, problem: Problem) -> 
     position = unit_sphere * planet.radius
     memory = {}
     if body.surface == "full":
+        from astroinertia.build.surfaces import density_factors  # most bodies do without
+
         memory = {DENSITY_FACTOR: density_factors(_still(problem), planet, mass, position, layer)}
     if body.relax and scene.has_equilibrium:
         relaxed = relaxation.relax(
@@ -280,28 +279,3 @@ def of_problem(scene: Scene, units: CodeUnits, initial: None, problem: Problem) 
     lengths = scene.box_lengths
     matter = module.standard(body.problem).place(body.particles, lengths, problem.equation_of_state.gamma)
     return Particles(matter.mass, matter.position, matter.velocity, None, matter.internal_energy)
-
-
-def density_factors(
-    problem: Problem, planet: Any, mass: np.ndarray, position: np.ndarray, layer: np.ndarray
-) -> np.ndarray:
-    """The density that the planet has where particles (N,), (N, 3) of its layers are put, over their sums, (N,).
-
-    It is 1 for particles whose kernels do not reach out of the planet: what sums are short of there is noise.
-    """
-    entropy, material = planet.labels[layer], planet.numbers[layer]
-    alone = replace(problem, effects=tuple(effect for effect in problem.effects if effect.kind == "pressure"))
-    state, _ = initial_state(alone, mass, position, np.zeros_like(position), entropy, material=material)
-    placed = np.argsort(np.asarray(state.identity))
-    fluid = state.rates.fluid
-    density, length = (np.asarray(array)[placed] for array in (fluid.density, fluid.smoothing_length))
-    distance = np.minimum(np.linalg.norm(position, axis=1), planet.radius)
-    pressure = np.asarray(planet.solution.layered().pressure(distance))
-    exact = np.empty_like(density)
-    for number, (kind, label) in enumerate(zip(planet.numbers, planet.labels, strict=True)):
-        chosen = layer == number
-        matter = isentrope(problem.equation_of_state, int(kind), float(label))
-        # At all pressures, so that one program serves all layers.
-        exact[chosen] = np.asarray(planetary.density(matter, pressure))[chosen]
-    reaches_out = distance + KERNELS[problem.kernel].support * length > planet.radius
-    return np.where(reaches_out, exact / density, 1.0)
