@@ -18,7 +18,7 @@ s, and by the partner's volume per mass 1/s.
 
 A particle may have a factor c of its own, that stays with it: rho_i = c_i s_i sum_j (m_j/s_j) W and rho_i h_i^3 =
 c_i m_i eta^3, and c_i s_i stands for its own s_i in forces. With it sums at a free surface, where neighbours are
-missing, are as large as the density there (build.placing).
+missing, are as large as the density there (build.surfaces).
 """
 
 from typing import Any
