@@ -95,6 +95,11 @@ def fields_of_a_step():
     return arrangement, fields
 
 
+def multipole_program(precision):
+    """That of a coarse error and many particles."""
+    return multipole._module(ORDER, precision, multipole._estimated(1e-3, precision, multipole.AVERAGED))
+
+
 def sums_of_a_step(precision):
     """Every sum over neighbours, over all pairs and by multipoles, by name."""
     arrangement, fields = fields_of_a_step()
@@ -110,7 +115,7 @@ def sums_of_a_step(precision):
     found |= {f"direct {key}": value for key, value in direct.items()}
     strength = np.linalg.norm(direct["acceleration"], axis=1)
     particles = multipole._Particles(mass, position, lengths, None, precision, None)
-    program = multipole._module(ORDER, precision, True)
+    program = multipole_program(precision)
     fast = particles.sums(program, ORDER, TOLERANCE, multipole.OPENING, strength, KERNEL)
     found |= dict(zip(("multipole acceleration", "multipole potential"), fast, strict=True))
     return found | sums_of_few(fields)
@@ -138,7 +143,7 @@ def programs():
             numba_modules.density_pass(KERNEL, precision, True)[0],
             numba_modules.neighbour_pass(KERNEL, TERMS, precision, False).module,
             numba_modules.all_pairs_pass(KERNEL, (DIRECT_GRAVITY,), precision, False).module,
-            multipole._module(ORDER, precision, True),
+            multipole_program(precision),
             multipole._softening(KERNEL, precision),
         ]
         modules |= {f"{precision} {module.__name__.rpartition('_')[0]}": module for module in made}

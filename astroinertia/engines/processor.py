@@ -37,8 +37,9 @@ PROBES = {
     ),
 }
 
-# 1/sqrt of a float32 as processors with AVX-512 estimate it: up to 6e-5 off.
-ROOT = """
+# 1/sqrt of a float32 as the processor estimates it, by bits of its vectors: up to 6e-5 off with AVX-512, 3.7e-4 else.
+ROOTS = {
+    512: """
     declare <4 x float> @llvm.x86.avx512.rsqrt14.ss(<4 x float>, <4 x float>, <4 x float>, i8)
     define float @root(float %x) {
       %given = insertelement <4 x float> zeroinitializer, float %x, i32 0
@@ -47,7 +48,18 @@ ROOT = """
       %y = extractelement <4 x float> %found, i32 0
       ret float %y
     }
-    """
+    """,
+    256: """
+    declare <4 x float> @llvm.x86.sse.rsqrt.ps(<4 x float>)
+    define float @root(float %x) {
+      %given = insertelement <4 x float> zeroinitializer, float %x, i32 0
+      %found = call <4 x float> @llvm.x86.sse.rsqrt.ps(<4 x float> %given)
+      %y = extractelement <4 x float> %found, i32 0
+      ret float %y
+    }
+    """,
+}
+FEATURES = {512: "avx512f", 256: "avx2"}
 SAMPLES = 4096  # over a factor of four, after which the estimates repeat
 
 
@@ -78,17 +90,18 @@ def _holds(program: str, instruction: str, register: str) -> bool:
 
 
 @functools.cache
-def mean_estimates() -> tuple[float, float]:
-    """Of this processor's estimate of 1/sqrt over the exact one: the mean, and that of the cube; 1 where it has none.
+def mean_estimates(bits: int) -> tuple[float, float]:
+    """Of the estimate of 1/sqrt over the exact one, with vectors of so many bits: the mean, and that of the cube.
 
-    The argument's logarithm is uniform. Only the bound of the error, 2^-14, is the same for all processors.
+    Both are 1 where this processor has no such vectors. The argument's logarithm is uniform. Only the bounds of the
+    errors, 2^-14 and 1.5 2^-12, are the same for all processors.
     """
-    if not llvm.get_host_cpu_features().get("avx512f"):
+    if not llvm.get_host_cpu_features().get(FEATURES[bits]):
         return 1.0, 1.0
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    here = llvm.Target.from_default_triple().create_target_machine(features="+avx512f")
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(ROOT), here)
+    here = llvm.Target.from_default_triple().create_target_machine(features=f"+{FEATURES[bits]}")
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(ROOTS[bits]), here)
     engine.finalize_object()
     root = ctypes.CFUNCTYPE(ctypes.c_float, ctypes.c_float)(engine.get_function_address("root"))
     x = np.exp2(2.0 * np.arange(SAMPLES) / SAMPLES).astype(np.float32).astype(float)

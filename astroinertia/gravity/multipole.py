@@ -40,15 +40,18 @@ ORDERS = {
 }
 MANY = 30_000
 COARSE = 6e-5  # errors that the program of accelerations checks itself by
-AVERAGED = 3000  # particles, of which errors of single pairs average out
+# By bits of vectors, the finest errors for which near pairs take the processor's estimate of 1/r, in mixed precision.
+# It leaves rms errors of 5e-6 to 1.5e-5 with 512 bits and of 1e-5 to 7e-5 with 256, of this many particles: errors of
+# single pairs average out.
+ESTIMATED = {512: 6e-5, 256: 2e-4, 0: math.inf}
+AVERAGED = 3000
 
 
 @functools.lru_cache(maxsize=32)
-def _module(p: int, precision: str, coarse: bool) -> ModuleType:
-    # coarse: near pairs by the processor's estimate of 1/r, which leaves rms errors of 5e-6 to 1.5e-5.
+def _module(p: int, precision: str, estimated: bool) -> ModuleType:
     roots, share, cubed = "once", 1.0, 1.0
-    if coarse and precision == "mixed" and COMPACTED_BITS == 512:
-        roots, (share, cubed) = "estimated_roots", mean_estimates()
+    if estimated:
+        roots, (share, cubed) = "estimated_roots", mean_estimates(COMPACTED_BITS)
     text = [
         *header(precision),
         template("gravity/compaction.py"),
@@ -143,6 +146,10 @@ def settings(accuracy: float, particles: int, order: int | None = None) -> tuple
     return order, math.exp(tolerances[k] + slope * (wanted - errors[k]))
 
 
+def _estimated(accuracy: float, precision: str, particles: int) -> bool:
+    return precision == "mixed" and particles >= AVERAGED and accuracy >= ESTIMATED[COMPACTED_BITS]
+
+
 class _Particles:
     """Particles and their tree in units in which lengths and masses are about 1, so that float32 holds them."""
 
@@ -171,7 +178,7 @@ class _Particles:
         closer: how many times more accurate than the program for that accuracy is by itself.
         """
         order, tolerance = settings(accuracy / closer, len(self.mass), order)
-        module = _module(order, self.precision, accuracy >= COARSE and len(self.mass) >= AVERAGED)
+        module = _module(order, self.precision, _estimated(accuracy, self.precision, len(self.mass)))
         if strength is None:
             first, _ = self.sums(module, order, math.inf, FIRST_OPENING, None)
             strength = strengths(first)

@@ -14,6 +14,8 @@ from tests.processors import ETA, KERNEL, PROCESSORS, TERMS
 
 # Errors in units of the sum of the terms' sizes: rounding in float64, in float32 with differences of large numbers.
 BARS = {"float64": 1e-11, "mixed": 1e-4}
+# Multipoles' near pairs in float32 are up to 1.1e-3 off, where the processor estimates 1/r to 12 bits, and average out.
+MULTIPOLE_BARS = {"float64": 1e-11, "mixed": 2e-4}
 
 
 def all_pairs():
@@ -59,7 +61,7 @@ def check(found, usual, expected):
         fast = {key: value for key, value in sums.items() if key.startswith("multipole")}
         assert not exceeding(errors({key: sums[key] for key in sums if key not in fast}, expected), BARS[precision])
         scales = {f"{key} scale": expected[f"direct {key.split()[1]} scale"] for key in fast}
-        assert not exceeding(errors(fast, usual[precision] | scales), BARS[precision])
+        assert not exceeding(errors(fast, usual[precision] | scales), MULTIPOLE_BARS[precision])
         direct, acceleration = expected["direct acceleration"], fast["multipole acceleration"]
         relative = np.linalg.norm(acceleration - direct, axis=1) / np.linalg.norm(direct, axis=1)
         assert 1e-6 < np.sqrt(np.mean(relative**2)) < processors.ACCURACY  # by expansions

@@ -181,15 +181,16 @@ def test_few_particles_and_unknown_positions_come_to_an_end():
 
 @pytest.mark.slow
 def test_coarse_sums_over_near_pairs_err_by_chance_alone():
-    # The processor's estimates of 1/r are 9e-6 too large on average, which would be 2.7e-5 of the trace.
+    # The processor's estimates of 1/r are 9e-6 (AVX-512) or 2e-5 (AVX2) too large on average, thrice that of the trace.
     count = multipole.AVERAGED
     mass, length = np.full((2, count), [[1.0 / count], [0.15]])
     position = np.random.default_rng(0).normal(size=(count, 3))
-    accuracy, strength, nodes = 6e-5, np.linalg.norm(direct(mass, position, length)[0], axis=1), tree(position)
+    accuracy = multipole.ESTIMATED[multipole.COMPACTED_BITS or 256]
+    strength, nodes = np.linalg.norm(direct(mass, position, length)[0], axis=1), tree(position)
     exact, depth = multipole.gravity(mass, position, length, None, 1e-7, strength, tree=nodes, precision="float64")
     tensor = (mass[:, None] * (position - position.mean(axis=0))).T @ exact
     coarse = multipole.virial(mass, position, length, accuracy, strength, 1, nodes)
-    assert np.abs(coarse - 0.5 * (tensor + tensor.T)).max() < 3e-7 * np.abs(np.trace(tensor))
+    assert np.abs(coarse - 0.5 * (tensor + tensor.T)).max() < 5e-3 * accuracy * np.abs(np.trace(tensor))
     _, potential = multipole.gravity(mass, position, length, None, accuracy, strength, tree=nodes)
     assert abs(mass @ potential / (mass @ depth) - 1.0) < 1e-6
 
