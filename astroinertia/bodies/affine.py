@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from astroinertia.inertia.double_precision import double_precision
+from astroinertia.process.quantities import with_quantities
 
 Array = Any
 
@@ -28,6 +29,7 @@ _LOG_STEP = 0.375  # of ln u: the error of the sum is about 100 exp(-2 pi pi/ste
 _NODES = np.exp(_LOG_STEP * np.arange(-248, 67))
 
 
+@with_quantities()
 @double_precision()
 def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
     """Return W (a number below 0) of the body with deformation gradient (3, 3) whose sphere (F = 1) has sphere_energy.
@@ -41,6 +43,7 @@ def gravitational_energy(deformation: Array, sphere_energy: Array) -> Array:
     return sphere_energy * first_integral(first, second, third) / size
 
 
+@with_quantities()
 @double_precision()
 def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
     """Return V = sum m x (x) a, (3, 3) and symmetric, of the body's own gravity; its trace is the energy W.
@@ -61,6 +64,7 @@ def gravity_tensor(deformation: Array, sphere_energy: Array) -> Array:
     return sphere_energy / size * whole
 
 
+@with_quantities()
 @double_precision()
 def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
     """Return sum m a (x) xi = -dW/dF, (3, 3), of the body's own gravity: q d2F/dt2 where nothing else acts.
@@ -84,6 +88,8 @@ def gravity_force(deformation: Array, sphere_energy: Array) -> Array:
     return sphere_energy / size**2 * whole
 
 
+@with_quantities()
+@double_precision()
 def cofactor(matrix: Array) -> Array:
     """Return the cofactors det(M) M^-T, (3, 3), of M (3, 3): dJ/dF where M is F, and defined for a singular M too.
 
@@ -95,6 +101,8 @@ def cofactor(matrix: Array) -> Array:
     )
 
 
+@with_quantities()
+@double_precision()
 def volume_ratio(deformation: Array) -> Array:
     """Return J = det F, the volume over that of the sphere.
 
@@ -104,6 +112,8 @@ def volume_ratio(deformation: Array) -> Array:
     return deformation[0] @ jnp.cross(deformation[1], deformation[2])
 
 
+@with_quantities()
+@double_precision()
 def first_integral(first: Array, second: Array, third: Array) -> Array:
     """Return R_F(x, y, z) from x + y + z, xy + yz + zx and xyz, numbers above 0; z is at least 1e-24 of the sum.
 
@@ -117,6 +127,8 @@ def first_integral(first: Array, second: Array, third: Array) -> Array:
     return gamma * first + 2 * beta * second + 3 * alpha * third
 
 
+@with_quantities()
+@double_precision()
 def symmetric_integrals(first: Array, second: Array, third: Array) -> tuple[Array, Array, Array]:
     """Return alpha, beta, gamma = 1/2 integral of 1, u, u^2 times ((x + u)(y + u)(z + u))^(-3/2) du.
 

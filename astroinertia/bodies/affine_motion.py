@@ -26,6 +26,7 @@ Acceleration = Callable[[Array, Array], Array]
 """d2F/dt2 of F and dF/dt."""
 
 
+@with_quantities()
 @double_precision()
 def velocity_gradient(deformation: Array, rate: Array) -> Array:
     """Return L with v = L x, (3, 3), from F and dF/dt (3, 3).
@@ -51,6 +52,7 @@ def circulation(deformation: Array, rate: Array, second_moment: Array) -> Array:
     return axial_vector(second_moment * deformation.T @ rate)
 
 
+@with_quantities()
 @double_precision()
 def pressure_force(deformation: Array, slope: Array) -> Array:
     """Return G of a pressure whose internal energy is U(J), slope = dU/dJ: -(dU/dJ) dJ/dF, with V = -(dU/dJ) J 1.
@@ -103,6 +105,7 @@ def incompressible_acceleration(
     return (force + pressure_force(deformation, slope)) / second_moment
 
 
+@with_quantities()
 @double_precision()
 def shear_tensor(deformation: Array, rate: Array) -> Array:
     """Return the symmetric part of the velocity gradient without its trace, (3, 3).
@@ -114,6 +117,7 @@ def shear_tensor(deformation: Array, rate: Array) -> Array:
     return 0.5 * (gradient + gradient.T) - jnp.trace(gradient) / 3 * jnp.eye(3)
 
 
+@with_quantities()
 @double_precision()
 def shear_force(deformation: Array, rate: Array, strength: Array) -> Array:
     """Return G of a shear viscosity; strength is mass times kinematic viscosity, V = -2 strength times the shear.
@@ -138,19 +142,23 @@ def second_moment_derivatives(
     acceleration(F, dF/dt) is d2F/dt2 of the motion that nothing dissipates: each derivative of it gives F one more, by
     which the next is taken. Source: Griewank & Walther 2008, Evaluating Derivatives, ch. 13.
 
-    >>> with jax.enable_x64(True):
-    ...     swing = second_moment_derivatives(np.eye(3), np.zeros((3, 3)), 1.0, lambda matrix, rate: -matrix)  # cos(t)
+    >>> swing = second_moment_derivatives(np.eye(3), np.zeros((3, 3)), 1.0, lambda matrix, rate: -matrix)  # cos(t)
     >>> print([round(float(each[0, 0]), 6) + 0.0 for each in swing])  # of Q = cos(t)^2
     [0.0, -2.0, 0.0, 8.0, 0.0]
     """
-    known, next_one = [deformation, rate], acceleration
-    for _ in range(4):
-        known.append(next_one(*known))
-        next_one = _in_time(next_one)
-    return tuple(
-        second_moment * sum(math.comb(order, k) * known[k] @ known[order - k].T for k in range(order + 1))
-        for order in range(1, 6)
-    )
+
+    @double_precision()
+    def derivatives(deformation: Array, rate: Array, second_moment: Array) -> tuple[Array, ...]:
+        known, next_one = [jnp.asarray(each, dtype=float) for each in (deformation, rate)], acceleration
+        for _ in range(4):
+            known.append(next_one(*known))
+            next_one = _in_time(next_one)
+        return tuple(
+            second_moment * sum(math.comb(order, k) * known[k] @ known[order - k].T for k in range(order + 1))
+            for order in range(1, 6)
+        )
+
+    return derivatives(deformation, rate, second_moment)
 
 
 def _in_time(function: Callable) -> Callable:
@@ -158,6 +166,7 @@ def _in_time(function: Callable) -> Callable:
     return lambda *known: jax.jvp(function, known[:-1], known[1:])[1]
 
 
+@with_quantities()
 @double_precision()
 def radiation_reaction_tensor(fifth_derivative: Array, coupling: Array) -> Array:
     """Return M (3, 3) of the acceleration M x by the waves that a body sends out; coupling is G/c^5.

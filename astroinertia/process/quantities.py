@@ -488,6 +488,8 @@ def _wanted(parameter: inspect.Parameter, value: Any) -> str | None:
     if value is parameter.default or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
         return None
     made = parameter.annotation
+    if get_origin(made) is Callable and callable(value):
+        return None
     kinds = _kinds(made)
     listed = [kind for kind in map(get_origin, kinds) if isinstance(kind, type) and issubclass(kind, Iterable)]
     if listed and not _is_one_of(value, (*listed, *(kind for kind in kinds if isinstance(kind, type)))):

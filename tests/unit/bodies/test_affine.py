@@ -98,3 +98,16 @@ def test_pair_symbol_of_a_spheroid_is_the_derivative():
         value, slope = float(symbol(jnp.asarray(axes))), float(jax.jacfwd(symbol)(jnp.asarray(axes))[1])
     np.testing.assert_allclose(value, ellipsoid_gravity.index_symbols(axes)[0], rtol=1e-14)
     np.testing.assert_allclose(slope, value / axes[1] - axes[1] * pair, rtol=1e-13)
+
+
+@pytest.mark.slow
+def test_parts_keep_double_precision_and_take_lists():
+    cofactors = np.linalg.det(TILTED) * np.linalg.inv(TILTED).T
+    for given in (TILTED, TILTED.tolist()):
+        np.testing.assert_allclose(affine.cofactor(given), cofactors, rtol=1e-14)
+        assert float(affine.volume_ratio(given)) == pytest.approx(np.linalg.det(TILTED), rel=1e-14)
+    x, y, z = 1.0, 0.5, 0.25
+    wanted = float(mpmath.elliprf(x, y, z))
+    assert float(affine.first_integral(x + y + z, x * y + y * z + z * x, x * y * z)) == pytest.approx(wanted, rel=1e-14)
+    energy = affine.gravitational_energy(TILTED, SPHERE_ENERGY)
+    assert affine.gravitational_energy(TILTED.tolist(), SPHERE_ENERGY) == energy

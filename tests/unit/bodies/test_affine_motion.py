@@ -55,6 +55,25 @@ def test_derivatives_of_the_moments_of_a_jacobi_ellipsoid():
 
 
 @pytest.mark.slow
+def test_derivatives_keep_double_precision_and_take_lists_of_whole_numbers():
+    """Q = F F^T/3 of F = cos(t): its fourth derivative is 8/3."""
+
+    def swinging(matrix, rate):
+        return -matrix
+
+    rate = np.zeros((3, 3))
+    for whole in (np.eye(3), np.eye(3, dtype=int), np.eye(3, dtype=int).tolist()):
+        fourth = affine_motion.second_moment_derivatives(whole, rate, 1 / 3, swinging)[3]
+        np.testing.assert_allclose(fourth, np.eye(3) * 8 / 3, rtol=1e-15, atol=0.0)
+
+    def wrong(matrix, rate):
+        raise TypeError("no such motion")
+
+    with pytest.raises(TypeError, match="no such motion"):
+        affine_motion.second_moment_derivatives(np.eye(3), rate, 1.0, wrong)
+
+
+@pytest.mark.slow
 def test_constraint_keeps_the_volume_and_the_restoring_rate_brings_it_back():
     with jax.enable_x64(True):
         deformation, rate = jnp.asarray(TILTED), jnp.asarray(still_volume(TILTED, FLOW))
