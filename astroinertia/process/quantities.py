@@ -158,8 +158,8 @@ class _Arguments:
             bound.arguments[name] = self._number(name, value, units)
         with_unit = [name for name, value in before.items() if bound.arguments[name] is not value]
         for name, value in bound.arguments.items():
-            if name not in self.labelled and _is_series(value) and (self.of_vectors or _is_by_place(value)):
-                value = value.values[()]
+            if name not in self.labelled and _is_series(value):
+                value = value.values[()] if self.of_vectors or _is_by_place(value) else _bare(value)
             bound.arguments[name] = self._real(name, value)
         gravity = self.signature.parameters.get("gravitational_constant")
         if with_unit and gravity is not None and gravity.default == 1.0 and gravity.name not in before:
@@ -352,9 +352,9 @@ def _is_labelled(value: Any) -> bool:
 
 
 def _bare(series: Any) -> Any:
-    """The series without attributes: its unit is not that of what is computed from it."""
+    """The series without name and attributes, which are not those of what is computed from it."""
     series = series.copy(deep=False)
-    series.attrs = {}
+    series.name, series.attrs = None, {}
     return series
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 from astroinertia.inertia import realise, rolling, spin, tensor
 from astroinertia.inertia.principal import principal_moments
 from astroinertia.process.quantities import InputError
-from astroinertia.rotation import attitude
+from astroinertia.rotation import attitude, pulsars
 
 
 @pytest.mark.parametrize("unit", ["kg m2", "g cm2"])
@@ -81,3 +81,15 @@ def test_series_of_numbers_keep_their_labels() -> None:
     assert rolling.spinning_disc_stress(7800.0, 0.5, rates).dims == ("time",)
     with pytest.raises(InputError, match="radius and rate have different values of time"):
         rolling.spinning_disc_stress(7800.0, rates.assign_coords(time=[1.0, 2.0]), rates)
+
+
+@pytest.mark.parametrize("unit", [{"units": "s"}, {}])
+def test_what_is_computed_from_series_has_neither_their_units_nor_their_names(unit: dict[str, str]) -> None:
+    """An age is no number without a unit because a rate of change is."""
+    pulsars_of = {"pulsar": ["a", "b"]}
+    period = xr.DataArray([2e-3, 5e-3], pulsars_of, name="period", attrs=unit | {"long_name": "period"})
+    slope = xr.DataArray([1e-20, 3e-20], pulsars_of, name="slope", attrs={"units": "1", "long_name": "slope"})
+    age = pulsars.characteristic_age(period, slope)
+    np.testing.assert_allclose(age, [1e17, 5e17 / 6.0], rtol=1e-14)
+    assert (age.attrs, age.name, age.pulsar.values.tolist()) == ({}, None, ["a", "b"])
+    assert (slope.name, slope.attrs["units"]) == ("slope", "1")
