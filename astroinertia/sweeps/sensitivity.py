@@ -18,6 +18,7 @@ import xarray as xr
 from astroinertia.engines.variational import SIDES, derivative
 from astroinertia.errors import SceneError
 from astroinertia.scene import load, source
+from astroinertia.scene.changed import with_settings
 from astroinertia.scene.schema import Scene
 from astroinertia.scene.sweep import Sweep, loads
 from astroinertia.scene.sweep_values import scaled, value_text
@@ -32,7 +33,7 @@ def sensitivity_sweep(
 ) -> Sweep:
     """The sweep that tells how a scene answers to keys such as "body.rotation.period": four runs a key, and its own.
 
-    Member 0 is the scene as it is; those of a key follow, in the order of engines.variational.SIDES.
+    Member 0 is the scene as it is, without error bars; those of a key follow, in the order of variational.SIDES.
 
     step: relative, above 0 and at most 0.5. SceneError for a key that the scene does not set, or that is no number or
     quantity other than 0, and for a step with which a member is no valid scene.
@@ -46,6 +47,8 @@ def sensitivity_sweep(
     if not by or len(set(by)) < len(by):
         raise SceneError("sensitivity needs keys of the scene to answer to, each once, such as body.rotation.period.")
     chosen = scene if isinstance(scene, Scene) else load.of(scene)
+    if chosen.output.error_bars:  # of each run by itself, and not of what differs between runs
+        chosen = with_settings(chosen, ["output.error_bars=false"])
     text = chosen.to_toml()
     tables = source.parse(text, chosen.name)
     base = {key: value_of(tables, key) for key in by}

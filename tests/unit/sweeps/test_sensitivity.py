@@ -112,6 +112,17 @@ def test_entries_of_lists_are_moved_by_their_number():
     assert [now / first for now, first in zip(masses[1], masses[0], strict=True)] == pytest.approx([1.0, 0.99])
 
 
+@pytest.mark.slow
+def test_a_scene_with_error_bars_answers_without_them(tmp_path):
+    """The answers have errors of their own, by the names that error bars have."""
+    scene = astroinertia.Scene.from_toml(TURNING.replace("[observables.quadrupole_phase]", "") + "error_bars = true\n")
+    base, slopes = answers(scene, ["body.rotation.rate"], tmp_path, step=0.01)
+    assert "angular_velocity_error" not in base
+    rate, error = (slopes[name].isel(parameter=0).sel(i="z") for name in ("angular_velocity", "angular_velocity_error"))
+    np.testing.assert_allclose(rate, 0.7, atol=1e-9)
+    assert (error <= 1e-9).all()
+
+
 def test_a_key_that_is_zero_is_refused():
     scene = astroinertia.load(FILE, ["body.index=0.0"])
     with pytest.raises(SceneError, match=r"'body\.index' is 0"):
