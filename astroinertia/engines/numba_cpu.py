@@ -314,7 +314,7 @@ class Engine:
         targets = leaves.count  # as many nodes of the tree, each with its targets
         while targets > 1 and -(-2 * len(mass) // targets) <= ALL_PAIRS_SIZE:
             targets //= 2
-        nodes = tree.fit(leaves, position, smoothing_length, self.workers)
+        nodes = tree.fit(leaves, position, smoothing_length, self.workers, self.among)
         results, arrays = _results(np.zeros, needs, virials, len(mass), targets)
         workers = max(1, min(self.workers, targets // WORTH))
         carry_out(
@@ -360,7 +360,7 @@ class Engine:
         leaves, support = arrangement.leaves, float(KERNELS[kernel].support)
         few = max(len(position), self.among) <= FEW
         length = np.full_like(length, np.inf) if few else length
-        nodes = tree.fit(leaves, position, length, self.workers)
+        nodes = tree.fit(leaves, position, length, self.workers, self.among)
         offset, count = np.zeros((2, leaves.count), np.int64)
         if few:  # any may be near, whatever its length: the program that finds out is sooner run without than compiled
             count[chosen.leaves] = len(position)

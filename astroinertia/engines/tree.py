@@ -94,21 +94,26 @@ class Nodes:
     rows: np.ndarray
 
 
-def fit(leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int | None = None) -> Nodes:
+def fit(
+    leaves: Leaves, position: np.ndarray, values: np.ndarray, threads: int | None = None, among: int = 0
+) -> Nodes:  # fmt: skip
     """Boxes of all nodes and their largest value, from position (N, 3) and values (N,) in arranged order.
 
-    A particle that has NaN makes NaN of the boxes, or largest values, of all nodes above it.
+    A particle that has NaN makes NaN of the boxes, or largest values, of all nodes above it. among: particles of the
+    body that these are part of: few of many are fitted by the program that the many have.
     """
     position = np.ascontiguousarray(position, dtype=np.float64)
     values = np.ascontiguousarray(values, dtype=np.float64)
     columns = np.empty((4, len(position) + LANES))
     rows = np.zeros((7, 2 * leaves.count + LANES))
     columns[:, len(position) :] = 0.0
-    if len(position) <= FEW:
+    if max(len(position), among) <= FEW:
         _fit_few(leaves, position, values, columns, rows)
+    elif leaves.count < ALONE:
+        share_out(_fit_tree, 1, leaves.start, position, values, columns, rows)
+        return Nodes(columns, rows)
     else:
-        threads = 1 if leaves.count < ALONE else threads or available_threads()
-        share_out(_fit_leaves, threads, leaves.start, position, values, columns, rows)
+        share_out(_fit_leaves, threads or available_threads(), leaves.start, position, values, columns, rows)
     for level in range(leaves.depth - 1, AT_ONCE - 1, -1):
         below = rows[:, 2 << level : 4 << level]
         one, other, here = below[:, ::2], below[:, 1::2], rows[:, 1 << level : 2 << level]
@@ -231,6 +236,18 @@ def _fit_leaf(position, values, columns, first, last, node, rows):
         if a < 3:
             rows[a, node] = low + unknown
         rows[3 + a, node] = high + unknown
+
+
+@njit(**ENTRY)
+def _fit_tree(counter, start, position, values, columns, rows):
+    count = len(start) - 1
+    for leaf in range(count):
+        _fit_leaf(position, values, columns, start[leaf], start[leaf + 1], count + leaf, rows)
+    for node in range(count - 1, 0, -1):
+        for a in range(7):
+            one, other = rows[a, 2 * node], rows[a, 2 * node + 1]
+            first = (one < other) if a < 3 else (one > other)
+            rows[a, node] = one if first or np.isnan(one) else other
 
 
 @njit(**ENTRY)

@@ -57,6 +57,16 @@ def test_boxes_enclose_tightly_and_follow_moved_particles(count):
     assert np.array_equal(nodes.columns[:3, :count].T, position) and np.array_equal(nodes.columns[3, :count], value)
 
 
+def test_few_of_many_have_the_boxes_of_few_with_what_is_unknown_too():
+    order, leaves = tree.arrange(clustered(300), 16)
+    position, value = clustered(300)[order], np.random.default_rng(2).normal(size=300)
+    position[7, 1] = value[250] = np.nan
+    alone, of_many = (tree.fit(leaves, position, value, among=among) for among in (0, 5000))
+    assert np.array_equal(alone.rows[:, 1 : 2 * leaves.count], of_many.rows[:, 1 : 2 * leaves.count], equal_nan=True)
+    assert np.isnan(of_many.rows[:, 1]).tolist() == [False, True, False, False, True, False, True]
+    assert np.array_equal(alone.columns, of_many.columns, equal_nan=True)
+
+
 def test_the_order_does_not_depend_on_the_number_of_threads():
     position = clustered(5000)
     orders = [tree.arrange(position, 32, threads)[0] for threads in (1, 2, 5)]
