@@ -103,9 +103,9 @@ def elementwise(xp: Any, function: Callable, *arguments: Array) -> Any:
     if not _is_for_numpy(xp, arguments, count):
         flat, kinds = _flat(arguments, count)
         loop, shapes = _each(function, kinds)
-        results = [np.empty((count, *shape)) for shape in shapes]
-        if carry_out(loop, _workers(count), count, *flat, *[result.ravel() for result in results]):
-            return tuple(results)
+        results = [np.empty(count * WIDTHS[shape]) for shape in shapes]
+        if carry_out(loop, _workers(count), count, *flat, *results):
+            return tuple([r.reshape(count, *shape) if shape else r for r, shape in zip(results, shapes, strict=True)])
     return tuple(_in_rows(parts, count) for parts in _numpy_values(function, arguments, count))
 
 
@@ -125,7 +125,7 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
         parts = np.zeros((len(cases), edges[-1], max(1, -(-count // CHUNK))))
         if carry_out(loop, _workers(count), count, *shared, *(a for more, _ in flat for a in more), parts):
             # Along the last axis numpy adds pairwise.
-            sums = parts.sum(axis=2)
+            sums = parts[:, :, 0] if count <= CHUNK else parts.sum(axis=2)
             return tuple(
                 sums[:, first:last].reshape(len(cases), *shape)
                 for (first, last), shape in zip(pairwise(edges), shapes, strict=True)
@@ -224,15 +224,14 @@ def _flat(arguments: Sequence[Array], count: int) -> tuple[list[Array], tuple[Ki
         if shape in kind_of:
             kind = kind_of[shape]
             if kind is None:
-                flat.append(float(argument))
-            else:
-                here = type(argument) is np.ndarray and argument.dtype == REAL
-                flat.append((argument if here else np.asarray(argument, dtype=REAL)).ravel())
+                argument = float(argument)
+            elif type(argument) is not np.ndarray or argument.dtype != REAL or kind or not argument.flags.c_contiguous:
+                argument = np.asarray(argument, dtype=REAL).ravel()
         elif isinstance(argument, Table):
-            kind = WHOLE
-            flat.append(np.asarray(argument.entries, dtype=np.float64).ravel())
+            kind, argument = WHOLE, np.asarray(argument.entries, dtype=np.float64).ravel()
         else:
             raise ValueError(f"cannot work on each particle of an array of shape {shape}")
+        flat.append(argument)
         kinds.append(kind)
     return flat, tuple(kinds)
 
