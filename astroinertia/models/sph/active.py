@@ -357,7 +357,8 @@ def distant_forces(
 
     def summed(members: Array, weight: float, before: Sums | None = None) -> Sums:
         # What began when the last interval did often goes on.
-        sums = next((sums for chosen, sums in done if np.array_equal(chosen, members)), before)
+        same = (sums for chosen, sums in done if chosen is members or np.array_equal(chosen, members))
+        sums = next(same, before)
         if sums is None:
             sums = _sums_of(block, everyone, active[members])
             done.append((members, sums))
@@ -369,14 +370,16 @@ def distant_forces(
                 impulses.setdefault(effect, np.zeros((len(active), 3)))[members] += impulse
         return sums
 
-    for members, rungs, weight in weighted_sets(spans.base, spans.old, spans.level):
+    ending = weighted_sets(spans.base, spans.old, spans.level)
+    for members, rungs, weight in ending:
         sums = summed(members, weight)
         if rungs[0] == spans.level:
             whole_sums = _by_all(block, active, members, sums, spans.level)
     # Where a base step begins, the sums over all were made at the end of the last one.
     before: Sums | None = None if done else {kind: {"acceleration": a} for kind, a in block.distant.items()}
     beginning = []
-    for members, rungs, weight in weighted_sets(spans.base, spans.new, spans.level):
+    again = ending if np.array_equal(spans.old, spans.new) else weighted_sets(spans.base, spans.new, spans.level)
+    for members, rungs, weight in again:
         beginning.append((members, rungs, summed(members, weight, before if rungs[0] == 0 else None)))
     return whole_sums, impulses, beginning
 
