@@ -121,15 +121,12 @@ def totals(xp: Any, function: Callable, *arguments: Array, cases: Sequence[tuple
     if not _is_for_numpy(xp, arguments, count := _count(arguments)):
         shared, kinds = _flat(arguments, count)
         flat = [_flat(more, count) for more in cases]
-        loop, shapes, edges = _sums(function, kinds, flat[0][1], len(cases))
-        parts = np.zeros((len(cases), edges[-1], max(1, -(-count // CHUNK))))
-        if carry_out(loop, _workers(count), count, *shared, *(a for more, _ in flat for a in more), parts):
+        loop, columns, width = _sums(function, kinds, flat[0][1], len(cases))
+        parts = np.zeros((len(cases), width, max(1, -(-count // CHUNK))))
+        if carry_out(loop, _workers(count), count, *shared, *[a for more, _ in flat for a in more], parts):
             # Along the last axis numpy adds pairwise.
             sums = parts[:, :, 0] if count <= CHUNK else parts.sum(axis=2)
-            return tuple(
-                sums[:, first:last].reshape(len(cases), *shape)
-                for (first, last), shape in zip(pairwise(edges), shapes, strict=True)
-            )
+            return tuple([sums[:, column].reshape(shape) for column, shape in columns])
     values = [_numpy_values(function, (*arguments, *more), count) for more in cases]
     return tuple(_summed_up(value, count) for value in zip(*values, strict=True))
 
@@ -261,8 +258,8 @@ def _each(function: Callable, kinds: tuple) -> tuple[Callable, list[tuple[int, .
 @functools.lru_cache(maxsize=512)
 def _sums(
     function: Callable, kinds: tuple, more: tuple, cases: int
-) -> tuple[Callable, list[tuple[int, ...]], list[int]]:
-    # The loop, the shape of each sum, and between which columns it is, with the end of the last one.
+) -> tuple[Callable, list[tuple[slice, tuple[int, ...]]], int]:
+    # The loop, the columns of each sum with the shape that it has for all cases, and how many columns there are.
     shapes = _shapes(function, kinds + more)
     names, mine = [f"a{k}" for k in range(len(kinds))], [f"e{k}" for k in range(len(more))]
     sources = Sources(CALLS)
@@ -283,7 +280,8 @@ def _sums(
         every += theirs
         calls.append(f"sum_up({', '.join([str(number), 'chunk', 'first', 'last', 'parts', *names, *theirs])})")
     edges = [0, *accumulate(WIDTHS[shape] for shape in shapes)]
-    return _compiled("totals", function, sources, [*every, "parts"], flags, calls, before), shapes, edges
+    columns = [(slice(*ends), (cases, *shape)) for ends, shape in zip(pairwise(edges), shapes, strict=True)]
+    return _compiled("totals", function, sources, [*every, "parts"], flags, calls, before), columns, edges[-1]
 
 
 def _compiled(
