@@ -60,11 +60,11 @@ def with_fields(tree: T, **values: Any) -> T:
     >>> with_fields(Output("signal", "max"), name="rate")
     Output(name='rate', how='max', of=None)
     """
-    fields = vars(tree)
-    if not values.keys() <= fields.keys():
-        raise TypeError(f"{type(tree).__name__} has no field {', '.join(sorted(values.keys() - fields.keys()))}")
+    fields = vars(tree) | values
+    if len(fields) > len(vars(tree)):
+        raise TypeError(f"{type(tree).__name__} has no field {', '.join(sorted(values.keys() - vars(tree).keys()))}")
     made = object.__new__(type(tree))
-    vars(made).update(fields, **values)
+    object.__setattr__(made, "__dict__", fields)
     return made
 
 

@@ -281,10 +281,13 @@ def fluid_of(block: BlockStep, active: Array | None = None) -> Fluid:
     chosen, state, more = block.chosen(active), block.state, block.more
     arrays = {name: getattr(state, name) for name in ("mass", "position", "entropy", "smoothing_length")}
     arrays |= {"velocity": more["predicted"], **{name: more[name] for name in OF_A_FLUID if name in more}}
-    arrays, memory = ({name: rows(array, chosen) for name, array in of.items()} for of in (arrays, state.memory))
-    return Fluid(
-        time=np.float64(block.time), memory=memory, kernel=block.problem.kernel, points=state.points, body=block.body,
-        **{"zeta": None, **arrays},
+    memory = dict(state.memory)
+    if chosen is not None:
+        arrays, memory = ({name: array.take(chosen, axis=0) for name, array in of.items()} for of in (arrays, memory))
+    # What has no array has none from the beginning of the base step on.
+    return with_fields(
+        state.rates.fluid, time=np.float64(block.time), memory=memory, gradients={}, sums={}, points=state.points,
+        body=block.body, **arrays,
     )  # fmt: skip
 
 
