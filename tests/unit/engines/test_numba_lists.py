@@ -1,5 +1,9 @@
 """Lists of neighbours in the numba engine, where some particles reach much further than others beside them."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -7,6 +11,7 @@ from astroinertia.engines import numba_cpu
 from astroinertia.engines.numba_cpu import Engine
 from astroinertia.engines.numba_vectors import LANES
 from astroinertia.engines.terms import Output, PairTerm
+from tests.processors import PROCESSORS
 
 KERNEL, SUPPORT, COUNT = "wendland_c2", 2.0, 6000
 
@@ -113,3 +118,28 @@ def test_smoothing_lengths_grow_out_of_the_lists_beside_others_that_do_not(escap
     kernel = 21.0 / (16.0 * np.pi) * np.maximum(1.0 - q / 2.0, 0.0) ** 4 * (2.0 * q + 1.0)
     rho = (mass * kernel).sum(axis=1) / found.smoothing_length[few] ** 3
     assert np.max(np.abs(rho / (mass[few] * (1.3 / found.smoothing_length[few]) ** 3) - 1.0)) < 1e-12
+
+
+COMPILED = """
+from numba import njit, types
+from astroinertia.engines.numba_lists import least_excess
+
+
+@njit
+def entry(x, y, z, reach2, count, balls, key):
+    least_excess(x, y, z, reach2, count, balls, 0, count, key)
+
+
+row, table = (types.Array(types.float32, dimensions, "C") for dimensions in (1, 2))
+entry.compile((row, row, row, row, types.int64, table, row))
+print(*entry.inspect_asm().values())
+"""
+
+
+@pytest.mark.skipif(not PROCESSORS, reason="names processors of another kind")
+def test_distances_are_stored_whole_vectors_at_a_time_without_avx512():
+    """A store of chosen lanes takes such processors ten times as long."""
+    environment = os.environ | PROCESSORS["AVX2"].environment
+    done = subprocess.run([sys.executable, "-c", COMPILED], env=environment, capture_output=True, text=True, check=True)
+    assert "vmaxps" in done.stdout
+    assert "vmaskmov" not in done.stdout
