@@ -56,7 +56,7 @@ def _module(p: int, precision: str, estimated: bool) -> ModuleType:
         *header(precision),
         template("gravity/compaction.py"),
         "TEST_FLAGS = {'contract', 'nsz', 'arcp', 'afn'}",  # sums keep their order: the same from both sides
-        f"CLAMP, RADIUS_SLACK = {CLAMP}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
+        f"CLAMP, LEAST, RADIUS_SLACK = {CLAMP}, {LEAST}, {'1.0 + 1e-6' if precision == 'mixed' else '1.0'}",
         f"MOMENTS = {padded_moments(p)}",
         f"SHEET, ALIKE = real({SHEET}), real({ALIKE})",
         f"roots_of_pairs, OF_FORCE, OF_POTENTIAL = {roots}, real({1.0 / cubed}), real({1.0 / share})",
@@ -190,9 +190,8 @@ class _Particles:
         """Acceleration and potential by a program for an order, softened by a kernel, or of clamped points."""
         real = np.float32 if self.precision == "mixed" else np.float64
         nodes, count = self.nodes, len(self.mass)
-        weight = np.zeros(count)
-        if strength is not None:  # one in balance must not ask for no error at all, nor one that is not known
-            weight = 1.0 / np.square(np.fmax(np.asarray(strength) / self.units[0], LEAST))
+        # Without strengths geometry alone opens nodes: no particle asks for an error.
+        strength = np.full(count, np.inf) if strength is None else np.ascontiguousarray(strength, dtype=np.float64)
         x, y, z = columns = np.zeros((3, count + 64))
         m, clamp = np.zeros((2, count + 64), real)
         where_is, about = np.empty((nodes.count, 4)), np.empty((nodes.count, 8), real)
@@ -201,7 +200,7 @@ class _Particles:
         structure = (nodes.first, nodes.last, nodes.child)
         share_out(
             module.upward, self.threads, *structure, nodes.task, nodes.begin, nodes.end, nodes.order, self.position,
-            self.mass, self.smoothing_length, weight, self.origin, self.scale, self.mass_scale, x, y, z, m, clamp,
+            self.mass, self.smoothing_length, strength, self.origin, self.scale, self.mass_scale, x, y, z, m, clamp,
             where_is, about, raw, multipoles,
         )  # fmt: skip
         module.upward_top(*structure, nodes.top, where_is, about, raw, multipoles)

@@ -13,7 +13,7 @@ from astroinertia.engines.templates import executed
 from astroinertia.gravity.clamped_points import CLAMP
 from astroinertia.gravity.expansions import expansions
 
-RADIUS_SLACK, SHEET = 1.0, real(2.0)
+RADIUS_SLACK, SHEET, LEAST = 1.0, real(2.0), 1e-3
 EXPANSIONS = executed(expansions(5))
 particle_moments, add_moments = EXPANSIONS.particle_moments, EXPANSIONS.add_moments
 store_moments = EXPANSIONS.store_moments
@@ -22,9 +22,13 @@ store_moments = EXPANSIONS.store_moments
 
 
 @njit(**PART)
-def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale, mass_scale,
+def fit_leaf(node, first, last, order, position, mass, h, strength, origin, scale, mass_scale,
              x, y, z, m, clamp, where_is, about, raw):  # fmt: skip
-    """Of a leaf's particles: their places in units of the whole, and what is known of the leaf."""
+    """Of a leaf's particles: their places in units of the whole, and what is known of the leaf.
+
+    strength (N,): |a|; one in balance must not ask for no error at all, nor one that is not known, which is NaN.
+    """
+    unit = mass_scale / (scale * scale)
     total = sx = sy = sz = squares = 0.0
     largest = 0.0
     for k in range(first, last):
@@ -40,7 +44,9 @@ def fit_leaf(node, first, last, order, position, mass, h, weight, origin, scale,
         sx += mass_k * x[k]
         sy += mass_k * y[k]
         sz += mass_k * z[k]
-        squares += weight[i]
+        size = strength[i] * unit
+        size = size if size > LEAST else LEAST
+        squares += 1.0 / (size * size)
         largest = h_k if h_k > largest else largest
     if not total > 0.0:
         total, sx, sy, sz = 0.0, x[first], y[first], z[first]
@@ -102,11 +108,11 @@ def fit_node(node, left, count, where_is, about, raw):
 
 
 @njit(**PART)
-def fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale, mass_scale,
+def fit_any(node, first, last, child, order, position, mass, h, strength, origin, scale, mass_scale,
             x, y, z, m, clamp, where_is, about, raw, moments):  # fmt: skip
     """Of a leaf or of a node above, with the moments that others take of it."""
     if child[node] == 0:
-        fit_leaf(node, first[node], last[node], order, position, mass, h, weight, origin, scale,
+        fit_leaf(node, first[node], last[node], order, position, mass, h, strength, origin, scale,
                  mass_scale, x, y, z, m, clamp, where_is, about, raw)  # fmt: skip
     else:
         fit_node(node, np.int64(child[node]), last[node] - first[node], where_is, about, raw)
@@ -114,7 +120,7 @@ def fit_any(node, first, last, child, order, position, mass, h, weight, origin, 
 
 
 @njit(**ENTRY)
-def upward(counter, first, last, child, task, begin, end, order, position, mass, h, weight, origin, scale,
+def upward(counter, first, last, child, task, begin, end, order, position, mass, h, strength, origin, scale,
            mass_scale, x, y, z, m, clamp, where_is, about, raw, moments):  # fmt: skip
     """Of all nodes below the tasks, leaves first, and of the tasks themselves."""
     while True:
@@ -123,7 +129,7 @@ def upward(counter, first, last, child, task, begin, end, order, position, mass,
             break
         for n in range(end[t] - begin[t] + 1):
             node = end[t] - 1 - n if n < end[t] - begin[t] else task[t]
-            fit_any(node, first, last, child, order, position, mass, h, weight, origin, scale,
+            fit_any(node, first, last, child, order, position, mass, h, strength, origin, scale,
                     mass_scale, x, y, z, m, clamp, where_is, about, raw, moments)  # fmt: skip
 
 

@@ -59,10 +59,12 @@ def test_every_node_has_the_moments_of_its_particles(plain):
     x, y, z, m, clamp = np.zeros((5, COUNT + 64))
     where_is, about = np.zeros((nodes.count, 4)), np.zeros((nodes.count, 8))
     raw, kept = np.zeros((nodes.count, len(indices(order - 1)))), np.zeros((nodes.count, plain.walk.MOMENTS))
-    weight, columns = random.random(COUNT), (x, y, z, m, clamp)
+    strength, columns = random.random(COUNT), (x, y, z, m, clamp)
+    strength[:2] = 0.0, np.nan  # in balance, and not known
+    weight = 1.0 / np.fmax(strength, multipole.LEAST) ** 2
     plain.refit.upward(
         np.zeros(1, np.int64), nodes.first, nodes.last, nodes.child, nodes.task, nodes.begin, nodes.end, nodes.order,
-        POSITION, MASS, LENGTH, weight, np.zeros(3), 1.0, 1.0, *columns, where_is, about, raw, kept,
+        POSITION, MASS, LENGTH, strength, np.zeros(3), 1.0, 1.0, *columns, where_is, about, raw, kept,
     )  # fmt: skip
     plain.refit.upward_top(nodes.first, nodes.last, nodes.child, nodes.top, where_is, about, raw, kept)
     assert np.count_nonzero(nodes.child) > 4
