@@ -307,9 +307,9 @@ class _Drawn:
                 return [abs(values[0]) * self.chance.uniform(0.6, 1.0) for _ in values]
             return values
         least = next((each.min_length for each in limits if isinstance(each, MinLen)), 0)
-        most = next((each.max_length for each in limits if isinstance(each, MaxLen)), 4)
-        count = self.chance.choice((least, *range(least, min(most, least + 3) + 1), *([most] if most <= 21 else [])))
-        values = [self._value(place, items[0], []) for _ in range(count)]
+        most: int = next((each.max_length for each in limits if isinstance(each, MaxLen)), 4)
+        counts = (least, *range(least, min(most, least + 3) + 1), *([most] if most <= 21 else []))
+        values = [self._value(place, items[0], []) for _ in range(self.chance.choice(counts))]
         if None in values:
             return None
         for number, value in enumerate(values):
@@ -356,9 +356,9 @@ def _unit(dimension: str | Dimension) -> str:
 
 
 def _bounds(limits: list[Any]) -> tuple[float, float, bool, bool] | None:
-    low = [(each.ge, False) for each in limits if isinstance(each, Ge)]
+    low: list[tuple[Any, bool]] = [(each.ge, False) for each in limits if isinstance(each, Ge)]
     low += [(each.gt, True) for each in limits if isinstance(each, Gt)]
-    high = [(each.le, False) for each in limits if isinstance(each, Le)]
+    high: list[tuple[Any, bool]] = [(each.le, False) for each in limits if isinstance(each, Le)]
     high += [(each.lt, True) for each in limits if isinstance(each, Lt)]
     if not low or not high:
         return None
