@@ -94,5 +94,7 @@ def _without_target(link: re.Match[str]) -> str:
 
 
 def _nearest(topic: str) -> str:
-    close = difflib.get_close_matches(topic.lower()[:64], TOPICS, n=1, cutoff=0.5)
-    return f"did you mean '{close[0]}'?" if close else "`astroinertia guide` lists them."
+    word = topic.lower()[:64]
+    named = [known for known in TOPICS if word in known.split("-")]
+    close = named or difflib.get_close_matches(word, TOPICS, n=1, cutoff=0.6)
+    return f"did you mean '{close[0]}'?" if close else f"its topics are {', '.join(TOPICS)}."

@@ -199,7 +199,14 @@ def test_a_piped_page_is_markdown(capsys):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "right"), [("ledgr", "'ledger'?\n"), ("Effect", "'effects'?\n"), ("zzz", "lists them.\n")]
+    ("wrong", "right"),
+    [
+        ("ledgr", "'ledger'?\n"),
+        ("Effect", "'effects'?\n"),
+        ("xarray", "'xarray-analysis'?\n"),
+        ("own", "'own-effects'?\n"),
+        ("nope", f"is no topic of the guide; its topics are {', '.join(pages.TOPICS)}.\n"),
+    ],
 )
 def test_a_wrong_topic_gets_one_sentence(wrong, right, capsys):
     assert main(["guide", wrong]) == 2
