@@ -63,9 +63,9 @@ class GravityField:
 
     def zonal_harmonic(self, degree: int) -> float:
         """J_l = -C_l0, not normalised, about z; ValueError for a degree that the field has not."""
-        if not 0 <= degree <= self.degree:
+        if not 0 <= degree <= self.degree or degree % 1 != 0:
             raise ValueError(f"the field has the degrees 0 to {self.degree}, not {degree}")
-        return float(-self.coefficients[0, degree, 0] * math.sqrt(2 * degree + 1))
+        return float(-self.coefficients[0, int(degree), 0] * math.sqrt(2 * degree + 1))
 
     @property
     def centre_of_mass(self) -> np.ndarray:
@@ -176,7 +176,7 @@ def gravity_field(
     degree = values.shape[-1] - 1
     if values.ndim != 3 or values.shape != (2, degree + 1, degree + 1) or not np.isfinite(values).all():
         raise ValueError("coefficients must be finite numbers of the shape (2, L + 1, L + 1): C_lm and S_lm")
-    _check(degree, radius, mass)
+    degree = _checked(degree, radius, mass)
     return GravityField(float(mass), float(radius), np.tril(values) * _convention(degree, normalization, csphase))
 
 
@@ -190,7 +190,7 @@ def particle_field(
     >>> print(f"{rod.zonal_harmonic(2):.3f} {rod.zonal_harmonic(4):.3f}")  # all of it at the poles
     -1.000 -1.000
     """
-    _check(degree, radius)
+    degree = _checked(degree, radius)
     mass, position = np.asarray(mass, dtype=float), np.asarray(position, dtype=float)
     if mass.ndim != 1 or position.shape != (len(mass), 3) or mass.sum() == 0:
         raise ValueError("particles need masses (N,), which do not add up to 0, and positions (N, 3)")
@@ -218,7 +218,7 @@ def mesh_field(
     >>> print(f"{field.zonal_harmonic(2):.3f} {field.zonal_harmonic(4):.3f}")  # of the spheroid 0.150, -0.048
     0.149 -0.048
     """
-    _check(degree, radius)
+    degree = _checked(degree, radius)
     body = mesh_body(vertices, faces, mass=mass, density=density)
     centre = body.centre if origin is None else np.asarray(origin, dtype=float)
     require_components(origin=centre)
@@ -242,7 +242,7 @@ def ellipsoid_field(mass: float, semi_axes: Array, degree: int, radius: float) -
     >>> print(field.normalized("unnorm")[0, 2].round(6))  # (2 c^2 - a^2 - b^2)/(10 R^2), 0, (a^2 - b^2)/(20 R^2)
     [-0.122222  0.        0.027778]
     """
-    _check(degree, radius, mass)
+    degree = _checked(degree, radius, mass)
     a, b, c = np.asarray(semi_axes, dtype=float)
     if not all(0 <= axis < np.inf for axis in (a, b, c)):
         raise ValueError("the semi-axes of an ellipsoid must be finite numbers, 0 or above")
@@ -333,13 +333,15 @@ def degree_two_moments(inertia: Array) -> Array:
     return namespace(inertia).stack(values, axis=-1)
 
 
-def _check(degree: int, radius: float, mass: float = 0.0) -> None:
-    if not isinstance(degree, int | np.integer) or not 0 <= degree <= MAX_DEGREE:
+def _checked(degree: int, radius: float, mass: float = 0.0) -> int:
+    """The degree, a whole number of whatever type; ValueError for what a field cannot have."""
+    if not 0 <= degree <= MAX_DEGREE or degree % 1 != 0:
         raise ValueError(f"the degree must be a whole number from 0 to {MAX_DEGREE}, not {degree!r:.40}")
     if not 0 < radius < np.inf:
         raise ValueError(f"the reference radius must be positive, not {radius:g}")
     if not np.isfinite(mass):
         raise ValueError(f"the mass of a field must be a finite number, not {mass:g}")
+    return int(degree)
 
 
 def _orders(degree: int) -> tuple[np.ndarray, np.ndarray]:

@@ -121,7 +121,7 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
     >>> print([array.shape for array in icosphere(2)])  # 20 faces cut in 4 twice
     [(162, 3), (320, 3)]
     """
-    if isinstance(subdivisions, float) or not 0 <= subdivisions <= _MOST_SUBDIVISIONS:
+    if not 0 <= subdivisions <= _MOST_SUBDIVISIONS or subdivisions % 1 != 0:
         raise ValueError(f"subdivisions must be a whole number from 0 to {_MOST_SUBDIVISIONS}, not {subdivisions}")
     golden = (1 + np.sqrt(5)) / 2
     signs = [(one, two) for one in (-1, 1) for two in (-golden, golden)]
@@ -138,7 +138,7 @@ def icosphere(subdivisions: int, radius: float = 1.0) -> tuple[np.ndarray, np.nd
         if near[i, j] & near[j, k] & near[k, i]
     ]
     faces = np.array([f if np.linalg.det(vertices[list(f)]) > 0 else f[::-1] for f in faces])
-    for _ in range(subdivisions):
+    for _ in range(int(subdivisions)):
         vertices, faces = _quartered(vertices, faces)
     return radius * vertices / np.linalg.norm(vertices, axis=1, keepdims=True), faces
 

@@ -261,7 +261,7 @@ PLAIN = GravityField(1.0, 1.0, ellipsoid_field(1.0, (1.0, 1.0, 0.9), 2, 1.0).coe
     ("call", "sentence"),
     [
         (lambda: ellipsoid_field(1.0, (1, 1, 1), 81, 1.0), "the degree must be a whole number from 0 to 80, not 81"),
-        (lambda: ellipsoid_field(1.0, (1, 1, 1), 2.0, 1.0), "the degree must be a whole number from 0 to 80, not 2.0"),
+        (lambda: ellipsoid_field(1.0, (1, 1, 1), 2.5, 1.0), "the degree must be a whole number from 0 to 80, not 2.5"),
         (lambda: ellipsoid_field(1.0, (1, 1, -1), 2, 1.0), "the semi-axes of an ellipsoid must be finite numbers, 0"),
         (lambda: particle_field([1.0], [[0, 0, 0]], 2, 0.0), "the reference radius must be positive, not 0"),
         (lambda: ellipsoid_field(np.nan, (1, 1, 1), 2, 1.0), "the mass of a field must be a finite number, not nan"),
@@ -304,6 +304,18 @@ def test_what_is_wrong_gets_one_sentence(call, sentence: str) -> None:
         call()
     assert str(caught.value).startswith(sentence)
     assert isinstance(caught.value, AstroinertiaError) or "fields" in sentence
+
+
+def test_a_degree_may_be_a_whole_number_of_any_type():
+    vertices, faces = icosphere(1.0)  # type: ignore[arg-type]
+    for make in (
+        lambda degree: particle_field(np.ones(2), [[0, 0, 1], [0, 0, -1]], degree, 1.0),
+        lambda degree: mesh_field(vertices, faces, degree, 1.0, mass=1.0),
+        lambda degree: layered_field((2.0, 1.0), [(1.0, 1.0, 0.9), (2.0, 2.0, 1.9)], degree, 2.0),
+    ):
+        np.testing.assert_array_equal(make(4.0).coefficients, make(4).coefficients)
+        assert make(np.float64(4.0)).degree == 4
+        assert make(4).zonal_harmonic(2.0) == make(4).zonal_harmonic(2)
 
 
 @pytest.mark.parametrize("degree", [5, -2])
