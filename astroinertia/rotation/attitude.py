@@ -16,7 +16,7 @@ from astroinertia.inertia.orthogonal import require_orthogonal
 from astroinertia.inertia.tensor import namespace
 from astroinertia.process.known import is_known
 from astroinertia.process.quantities import with_quantities
-from astroinertia.process.vectors import require_components
+from astroinertia.process.vectors import of_any_length, require_components
 
 Array = Any
 
@@ -118,7 +118,7 @@ def attitude_of_quaternion(quaternion: Array) -> Array:
     [-1. -1.  1.]
     """
     xp = namespace(quaternion)
-    q = xp.asarray(quaternion)
+    q = of_any_length(xp.asarray(quaternion))
     size = (q**2).sum(-1)[..., None, None]
     w, axial = q[..., 0, None, None], q[..., 1:]
     outer = axial[..., :, None] * axial[..., None, :]

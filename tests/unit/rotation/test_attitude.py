@@ -49,10 +49,11 @@ def test_quaternions_are_those_of_the_rotation_that_turned_the_body():
     expected = Rotation.from_matrix(matrices).as_quat(canonical=True, scalar_first=True)
     found = attitude.quaternion(np.swapaxes(matrices, -1, -2))
     np.testing.assert_allclose(found, expected, rtol=0, atol=6e-16)
-    scale = np.linspace(0.1, 9, len(found))[:, None]
-    np.testing.assert_allclose(
-        attitude.attitude_of_quaternion(scale * found), np.swapaxes(matrices, -1, -2), rtol=0, atol=1e-15
-    )
+    for length in (1e-300, 1e-200, 1.0, 1e200):  # whose squares numbers hold, or do not
+        scale = length * np.linspace(0.1, 9, len(found))[:, None]
+        np.testing.assert_allclose(
+            attitude.attitude_of_quaternion(scale * found), np.swapaxes(matrices, -1, -2), rtol=0, atol=1e-15
+        )
 
 
 def test_the_product_of_quaternions_is_one_rotation_after_another():
