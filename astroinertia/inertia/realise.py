@@ -119,11 +119,15 @@ def homogeneous_ellipsoid(inertia: Array, mass: float | None = None, density: fl
     second, axes = _solid(inertia)
     if density is not None:
         require_positive(density=density)
-        mass = float((density * 4.0 / 3.0 * np.pi * 5.0**1.5 * np.sqrt(second.prod())) ** 0.4)
+        mass = float((density * 4.0 / 3.0 * np.pi * 5.0**1.5) ** 0.4 * (second**0.2).prod())
     assert mass is not None
     require_positive(mass=mass)
     semi_axes = np.sqrt(5.0 * second / mass)
-    return LayeredEllipsoid(semi_axes[None], np.array([mass / (4.0 / 3.0 * np.pi * semi_axes.prod())]), axes)
+    with np.errstate(over="ignore", under="ignore"):
+        found = float(np.divide.reduce([mass / (4.0 / 3.0 * np.pi), *semi_axes]))
+    if not 0.0 < found < np.inf:
+        raise ValueError(f"the semi-axes are {semi_axes}, and the density lies beyond what numbers hold")
+    return LayeredEllipsoid(semi_axes[None], np.array([found]), axes)
 
 
 @with_quantities()
@@ -162,25 +166,26 @@ def layered_ellipsoid(
         third, fifth = (values[-1] / wanted + steps @ (x * proportions) ** power for power in (3, 5))
         return float(third), float(fifth)
 
-    def excess(x: float) -> float:
+    def share(x: float) -> float:  # of the wanted density that the homogeneous ellipsoid of such layers has
         third, fifth = sums(x)
-        return (third**5 / fifth**3) ** 0.5 - 1.0
+        return third * (third / fifth) ** 1.5
 
     # f_5 f_3^(-5/3) turns at most once, where x^2 sum steps p^5 = sum steps p^3.
     third, fifth = steps @ proportions**3, steps @ proportions**5
     turn = [(third / fifth) ** 0.5] if fifth != 0 and 0 < third / fifth < 1 else []
     ends = [0.0, *turn, 1.0]
-    reached = [excess(end) for end in ends]
+    shares = [share(end) for end in ends]
+    reached = [value - 1.0 for value in shares]
     x = next((end for end, value in zip(ends, reached, strict=True) if abs(value) <= SAME), None)
     if x is None:
         part = next((k for k in range(len(ends) - 1) if reached[k] * reached[k + 1] < 0), None)
         if part is None:
-            low, high = ((value + 1.0) * wanted for value in (min(reached), max(reached)))
+            low, high = (value * wanted for value in (min(shares), max(shares)))
             raise ValueError(
                 f"no such layers have this tensor and mass: a homogeneous ellipsoid with them has the density "
                 f"{wanted:.6g}, and {low:.6g} <= {wanted:.6g} <= {high:.6g} fails"
             )
-        x = root_between(excess, ends[part], ends[part + 1], 1e-16)
+        x = root_between(lambda x: share(x) - 1.0, ends[part], ends[part + 1], 1e-16)
     third, fifth = sums(x)
     outer = plain.semi_axes[0] * (third / fifth) ** 0.5
     return LayeredEllipsoid(np.append(x * proportions, 1.0)[:, None] * outer, values, plain.axes)
@@ -203,7 +208,7 @@ def two_layer_ellipsoid(inertia: Array, mass: float, mean_density: float, outer_
     second, axes = _solid(inertia)
     require_positive(mass=mass, mean_density=mean_density, outer_density=outer_density)
     size = (3.0 * mass / (4.0 * np.pi * mean_density)) ** (1.0 / 3.0)
-    mean = second.prod() ** (1.0 / 3.0)
+    mean = float(np.cbrt(second).prod())
     if mean_density == outer_density:
         raise ValueError("an outer layer as dense as the whole leaves no core to be found")
     squared = (5.0 * mean / (mass * size**2) * mean_density - outer_density) / (mean_density - outer_density)

@@ -241,6 +241,27 @@ def test_layers_out_of_reach_name_the_density_that_would_be_needed():
         realise.layered_ellipsoid(inertia, mass, (7.0, 4.0))
 
 
+@pytest.mark.parametrize("size", [1e-200, 1e-160, 1e160, 1e200])
+def test_tensors_whose_cubes_numbers_do_not_hold(size):
+    """Semi-axes a^2 = 5 Q/M grow as the root of the tensor with a given mass, as its fifth root with a density."""
+    tensor, density = size * np.diag([5.0, 10.0, 13.0]), 15.0 / (4.0 * np.pi) / 6.0
+    found = realise.homogeneous_ellipsoid(tensor, mass=5.0)
+    np.testing.assert_allclose(found.semi_axes, size**0.5 * np.array([[3.0, 2.0, 1.0]]), rtol=1e-14)
+    assert found.densities[0] == pytest.approx(density * size**-1.5, rel=1e-13)
+    by_density = realise.homogeneous_ellipsoid(tensor, density=density)
+    np.testing.assert_allclose(by_density.semi_axes, size**0.2 * np.array([[3.0, 2.0, 1.0]]), rtol=1e-13)
+    with pytest.raises(ValueError, match=r"has the density .*, and 0\.2 <= .* <= 0\.5 fails"):
+        realise.layered_ellipsoid(tensor, 5.0, (0.5, 0.2))
+    with pytest.raises(ValueError, match=r"0 < x\^2 < 1 fails"):
+        realise.two_layer_ellipsoid(tensor, 5.0, 0.5, 0.2)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e300])
+def test_a_density_that_numbers_do_not_hold_is_refused(size):
+    with pytest.raises(ValueError, match="the density lies beyond what numbers hold"):
+        realise.homogeneous_ellipsoid(size * np.diag([5.0, 10.0, 13.0]), mass=5.0)
+
+
 # Fits
 
 
