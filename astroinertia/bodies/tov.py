@@ -101,7 +101,10 @@ class Structure:
 
 
 def _integrate(slope, start: float, end: float, values: list[float], tolerance: float):
-    solution = solve_ivp(slope, (start, end), values, method="DOP853", rtol=tolerance, atol=_ABSOLUTE * tolerance)
+    # U is 2 _START/q at the centre, which is tiny where pressure outweighs density by far; from there it grows.
+    sizes = np.array([min(1.0, values[0] / _START), *[1.0] * (len(values) - 1)])
+    absolute = _ABSOLUTE * tolerance * sizes
+    solution = solve_ivp(slope, (start, end), values, method="DOP853", rtol=tolerance, atol=absolute)
     if not solution.success or not np.all(np.isfinite(solution.y[:, -1])):
         raise NumericalError(f"the structure of the star could not be integrated: {solution.message}")
     return solution.t, solution.y

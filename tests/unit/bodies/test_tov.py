@@ -56,7 +56,7 @@ def test_schwarzschild_interior(compactness):
         assert star.rest_mass / star.mass == pytest.approx(volume, rel=2e-11)
 
 
-@pytest.mark.parametrize("pressure", [1e6, 1e12, 1e20])
+@pytest.mark.parametrize("pressure", [1e6, 1e12, 1e20, 1e30, 1e60])
 def test_a_star_of_constant_density_and_any_pressure_comes_up_to_buchdahls_limit(pressure):
     """P/e = (1 - s)/(3 s - 1) with s^2 = 1 - 2 M/R (Schwarzschild 1916): s falls to 1/3, and M/R is 4/9."""
     equation = constant_density(1e-3)
