@@ -35,12 +35,16 @@ def add_arguments(add: Add) -> None:
 
 
 def refuse_minutes(options: Options, scenes: "Iterable[Scene]") -> None:
-    """Raise SceneError where minutes are given, and none of the scenes has settings that are to be chosen."""
-    if options.minutes is not None and not any(scene.wants_choice for scene in scenes):
+    """Raise SceneError where minutes are given, and the command chooses no settings, or no scene has any to choose."""
+    if options.minutes is None:
+        return
+    if not any(scene.wants_choice for scene in scenes):
         raise SceneError(
             "--minutes is for a scene whose settings are chosen, which asks for an accuracy, such as accuracy = 1e-3; "
             "--max-wall stops any run in time."
         )
+    if not getattr(options, "pilot", True):
+        raise SceneError("--minutes is for the choice of settings, which `run` makes, and `plan` with --pilot alone.")
 
 
 def chosen(scene: "Scene", folder: Path, minutes: float | None, say: Say) -> "Scene":

@@ -151,8 +151,9 @@ def test_minutes_are_for_scenes_whose_settings_are_chosen(command, elsewhere, ca
     for file in ("one.toml", "many.toml"):
         assert main([command, file, "--minutes", "3"]) == 2
         assert "--minutes is for a scene whose settings are chosen" in capsys.readouterr().err
+    assert main(["plan", str(SIMS / "tennis_racket.toml"), "--set", "accuracy=1e-3", "--minutes", "3"]) == 2
+    assert "which `run` makes, and `plan` with --pilot alone" in capsys.readouterr().err
     assert not Path("runs").exists()
-    assert main(["plan", str(SIMS / "tennis_racket.toml"), "--set", "accuracy=1e-3", "--minutes", "3"]) == 0
 
 
 def test_options_that_would_do_nothing_are_refused(elsewhere, capsys):
