@@ -10,7 +10,7 @@ from astroinertia.errors import SAID, SceneError
 from astroinertia.process import starters
 
 FOUND = "auto"
-_TOGETHER = ("run", "resume", "sensitivity")  # the commands that several processes do together
+_TOGETHER = ("run", "resume", "sensitivity")  # the commands of runs, which MPI may start
 
 
 def add_arguments(add: Add) -> None:
@@ -32,6 +32,8 @@ def left_to_the_first(words: Sequence[str]) -> bool:
 def parsed_alike(words: Sequence[str]) -> Iterator[None]:
     """Within it, what all processes of a run find wrong with its arguments is said by the first alone."""
     try:
+        if list(words[:1]) == ["sensitivity"] and starters.started() > 1:
+            raise SceneError("the runs of a sensitivity are not shared out by MPI: start it once, with --workers.")
         yield
     except SceneError as error:
         if words[:1] and words[0] in _TOGETHER and not starters.is_first():

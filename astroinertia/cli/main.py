@@ -149,7 +149,8 @@ def _ended(sentence: str) -> str:
 
 def _commands() -> dict[str, Command]:
     """The commands: function, what it does, end of its help, what adds its arguments."""
-    running = (stop.add_arguments, hosts.add_arguments, cli_sweep.add_arguments)
+    sweeping = (stop.add_arguments, cli_sweep.add_arguments)
+    running = (*sweeping, hosts.add_arguments)
     return {
         "new": Command(_new, "write a commented scene, or copy one that runs as it stands", cli_new.help_text(),
                        (cli_new.add_arguments,)),
@@ -175,7 +176,7 @@ def _commands() -> dict[str, Command]:
         "tradeoff": Command(_tradeoff, "run a scene over its accuracy knobs and say what accuracy costs in time",
                             "star.toml --minutes 10", (add_scene, cli_tradeoff.add_arguments)),
         "sensitivity": Command(_sensitivity, "say how a run depends on keys of its scene: derivatives of every series",
-                               cli_sensitivity.HELP, (cli_sensitivity.add_arguments, *running)),
+                               cli_sensitivity.HELP, (cli_sensitivity.add_arguments, *sweeping)),
         "compare": Command(_printing("compare", compare.report), "compare several runs: models of one scene, or costs "
                            "of one model", compare.HELP, (compare.add_arguments,)),
         "moments": Command(_printing("moments", moments.report), "print the inertia tensor of a particle table, a mesh "

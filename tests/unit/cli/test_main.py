@@ -156,6 +156,18 @@ def test_minutes_are_for_scenes_whose_settings_are_chosen(command, elsewhere, ca
     assert not Path("runs").exists()
 
 
+def test_a_sensitivity_is_of_one_process(elsewhere, capsys, monkeypatch):
+    command = ["sensitivity", str(SIMS / "core_to_pulsar_scaling.toml"), "--by", "body.radius"]
+    assert main([*command, "--coordinator", "host:1"]) == 2
+    assert "unrecognized arguments: --coordinator" in capsys.readouterr().err
+    monkeypatch.setenv("PMI_SIZE", "2")
+    for number, sentences in (("0", 1), ("1", 0)):  # the first alone says it
+        monkeypatch.setenv("PMI_RANK", number)
+        assert main(command) == 2
+        assert capsys.readouterr().err.count("are not shared out by MPI") == sentences
+    assert not Path("runs").exists()
+
+
 def test_options_that_would_do_nothing_are_refused(elsewhere, capsys):
     one = (SIMS / "core_to_pulsar_scaling.toml").read_text()
     Path("one.toml").write_text(one)
