@@ -20,6 +20,9 @@ Array = Any
 TOLERANCE = 1e-11
 """Round-off of the sums over a few hundred thousand particles stays below it; any error of the physics does not."""
 
+CENTRAL = {"gravity", "pressure", "viscosity", "shear_viscosity", "deleptonisation", "relativistic_potential"}
+"""Kinds that act along the separation of particles, or from the centre of mass: their virial tensor is symmetric."""
+
 
 @dataclass(frozen=True)
 class EffectCheck:
@@ -74,7 +77,7 @@ def effect_checks(
             # Pressure's heat is what its work has beyond the change at constant entropy: the energy's account has both.
             if heating is not None and effect.kind != "pressure":
                 figures["dissipation"] = energy_mismatch(mass, velocity, a, np.asarray(heating))
-        if effect.central:
+        if effect.kind in CENTRAL:
             figures["torque"] = torque_mismatch(mass, relative, a, virials[effect.kind])
         checks.append(EffectCheck(effect.kind, **figures))
     return tuple(checks)

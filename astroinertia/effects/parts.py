@@ -34,8 +34,6 @@ class ParticleParts:
     acceleration of a particle depends on others, but for the body's centre, says `whole_body: ClassVar[bool] = True`.
     """
 
-    central: ClassVar[bool] = False
-    """Acts between particles along their separation: no net force, symmetric virial tensor."""
     whole_body: ClassVar[bool] = False
     """Its acceleration depends on the body as a whole: with individual time steps it acts with the longest of them."""
     limited_by_density: ClassVar[bool] = False

@@ -223,7 +223,6 @@ class Cohesion(Effect):
 
     strength: Any = 1.0
     kind: ClassVar[str] = "cohesion"
-    central: ClassVar[bool] = True
     options: ClassVar = {"strength": not_negative("dimensionless", 1.0, "of the pull")}
 
     @property
@@ -269,7 +268,6 @@ class Repulsion(Effect):
     named: str = field(default="strength", metadata={"static": True})
     remembered: str = field(default="", metadata={"static": True})
     kind: ClassVar[str] = "repulsion"
-    central: ClassVar[bool] = True
     options: ClassVar = {
         "strength": Option("dimensionless", -5.0, "of the push"),
         "named": Option("choice", "strength", "its name", choices=("strength", "sound_speed", "mass")),

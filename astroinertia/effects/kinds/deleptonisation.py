@@ -156,7 +156,6 @@ class Deleptonisation(Effect):
     axis: "ElectronAxis | None" = field(default=None, metadata={"of_problem": True})
 
     kind: ClassVar[str] = "deleptonisation"
-    central: ClassVar[bool] = True
 
     def in_units(self, units):
         """Refuses units that are given twice, or not at all."""

@@ -69,7 +69,6 @@ class Gravity(Effect):
     volumes: bool = field(default=False, metadata={"static": True, "of_problem": True})
 
     kind: ClassVar[str] = "gravity"
-    central: ClassVar[bool] = True
     limited_by_density: ClassVar[bool] = True
 
     @classmethod

@@ -166,7 +166,6 @@ class Pressure(Effect):
     volumes: bool = field(default=False, metadata={"static": True, "of_problem": True})
 
     kind: ClassVar[str] = "pressure"
-    central: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):

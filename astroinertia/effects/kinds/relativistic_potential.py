@@ -47,7 +47,6 @@ class RelativisticPotential(Effect):
     speed_of_light: Any
 
     kind: ClassVar[str] = "relativistic_potential"
-    central: ClassVar[bool] = True
     external: ClassVar[bool] = True
     whole_body: ClassVar[bool] = True
     not_finite: ClassVar[str] = "a horizon has formed, 2 G m = r c^2, beyond which this gravity goes no further"

@@ -47,7 +47,6 @@ class ShearViscosity(Effect):
     kinematic_viscosity: Any
 
     kind: ClassVar[str] = "shear_viscosity"
-    central: ClassVar[bool] = True
     limited_by_density: ClassVar[bool] = True
 
     @property

@@ -282,7 +282,6 @@ class Viscosity(Effect):
     stress: str = field(default="whole", metadata={"static": True})
 
     kind: ClassVar[str] = "viscosity"
-    central: ClassVar[bool] = True
 
     @classmethod
     def from_options(cls, options):
