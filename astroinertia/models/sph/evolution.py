@@ -164,7 +164,7 @@ class Particles:
         if not allowed > SMALLEST_STEP * self.end:
             if math.isnan(allowed):
                 raise self._diagnosis("the time step is not a number, for the state is no longer finite")
-            raise self._too_short(f"the time step fell to {allowed:.2e} of a run of {self.end:.2e}")
+            raise self._too_short(f"the time step fell to {allowed / self.end:.2e} of the length of the run")
         dt = np.float64(towards(until - self.time, min(allowed, longest)))
         if self.resumable or stale(self.problem, self.arrangement, self.state, dt):
             self.state, self.arrangement = rearranged(self.problem, self.state, dt)

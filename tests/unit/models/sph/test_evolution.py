@@ -12,6 +12,7 @@ import pytest
 from astroinertia.effects import Effect, catalogue, pytree
 from astroinertia.effects.gradients import VELOCITY_GRADIENT
 from astroinertia.engines.terms import COMMON
+from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
 from astroinertia.models.protocol import GivenUp
 from astroinertia.models.sph import block_step
@@ -174,3 +175,15 @@ def test_a_base_step_that_is_given_up_leaves_particles_as_they_were_and_keeps_no
     assert before.keys() == after.keys()
     for name, array in before.items():
         assert np.array_equal(array, after[name]), name
+
+
+def test_a_step_that_falls_to_nothing_is_a_share_of_the_run_in_any_units() -> None:
+    place = ball(60)
+    problem, state, arrangement = state_of(
+        catalogue.build("damping", {"time_scale": 1.0}), position=place, velocity=0.0 * place
+    )
+    for unit in (1.0, 1e9):
+        fallen = replace(state, rates=replace(state.rates, timestep=np.float64(3e-15 * unit)))
+        body = Particles(problem, fallen, arrangement, unit)
+        with pytest.raises(NumericalError, match=r"the time step fell to 3\.00e-15 of the length of the run"):
+            body.advance(unit)
