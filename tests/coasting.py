@@ -14,7 +14,7 @@ from astroinertia.models.ellipsoid.evolution import Ellipsoid, started
 @pytree
 @dataclass(frozen=True, eq=False)
 class Burn(Effect):
-    """A uniform acceleration along x, from one time to another."""
+    """A uniform acceleration along x, from one time to another, which `during` alone says."""
 
     strength: Any
     begin: Any
@@ -24,9 +24,8 @@ class Burn(Effect):
     external: ClassVar[bool] = True
 
     def affine_push(self, body: Any) -> Any:
-        """M g while it lasts."""
-        lasts = (self.begin <= body.time) & (body.time < self.until)
-        return body.mass * jnp.where(lasts, self.strength, 0.0) * jnp.eye(3)[0]
+        """M g."""
+        return body.mass * self.strength * jnp.eye(3)[0]
 
     def breaks(self, start: float, end: float) -> tuple[float, ...]:
         """When it begins and ends."""
@@ -35,7 +34,7 @@ class Burn(Effect):
     def during(self, start: float, end: float) -> Self:
         """With or without it, the ends included."""
         lasts = self.begin <= 0.5 * (start + end) < self.until
-        return replace(self, begin=-np.inf, until=np.inf if lasts else -np.inf)
+        return replace(self, strength=self.strength if lasts else 0.0)
 
 
 def coasting(strength: float) -> Ellipsoid:

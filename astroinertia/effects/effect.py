@@ -7,7 +7,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import FunctionType
 from typing import Any, ClassVar, Self
 
@@ -36,6 +36,7 @@ _SHAPES = {
     "rigid_virial": (3, 3), "affine_force": (3, 3), "affine_push": (3,), "affine_virial": (3, 3),
     "affine_potential": (), "affine_heating": (), "drag": (3, 3), "virial": (3, 3), "potential_energy": (),
 }  # fmt: skip
+_MOMENT = 8.0  # spacings of a time, which is no time, and in which middles differ from ends
 _OF_PARTICLES = ("acceleration", "timestep", "exchange")
 _OF_EACH = ("timestep", "exchange")  # a number for each particle, or one for all; two of them for what is exchanged
 
@@ -213,10 +214,9 @@ class Effect(ParticleParts, AffineParts, RigidParts):
         return ()
 
     def during(self, start: float, end: float) -> Self:
-        """The effect as it is up to the next break, at `end`, the ends included: the same, with other numbers.
+        """The effect as it is from a time to another, without breaks in between, the ends included: with other numbers.
 
-        Asked where a break is to come in the stretch at hand. Else the parts of the effect itself say, by the time,
-        whether it acts: at a break as after it.
+        Asked for whatever is evolved and recorded, so that it may say alone whether the effect acts.
         """
         return self
 
@@ -271,3 +271,11 @@ def angular_velocity_matrix(rate: Any, axis: Any) -> Any:
 def rate_at(effect: Any, time: Any) -> Any:
     """The rate of rotation of an effect at a time: its rate + time rate_change, where it has that."""
     return effect.rate if effect.rate_change is None else effect.rate + effect.rate_change * time
+
+
+def acting(problem: Any, start: float, end: float | None = None) -> Any:
+    """The problem with effects as they are from a time to another, with no break in between, or right after a time."""
+    end = start + _MOMENT * float(np.spacing(start)) if end is None else end
+    effects = tuple(effect.during(start, end) for effect in problem.effects)
+    same = all(one is other for one, other in zip(effects, problem.effects, strict=True))
+    return problem if same else replace(problem, effects=effects)

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.effects.effect import acting
 from astroinertia.engines import adaptive
 from astroinertia.errors import NumericalError
 from astroinertia.models import checkpoint
@@ -61,11 +62,13 @@ class Ellipsoid:
 
     def stretch(self, until: float) -> tuple[float, Problem]:
         """Up to when, `until` at most, all effects are what they are now, and the physics up to then, ends included."""
-        stop = min(self.breaks(until), default=None)
-        if stop is None:
-            return until, self.problem
-        effects = tuple(effect.during(self.time, stop) for effect in self.problem.effects)
-        return stop, as_arrays(replace(self.problem, effects=effects))
+        stop = min(self.breaks(until), default=until)
+        return stop, as_arrays(acting(self.problem, self.time, stop))
+
+    @property
+    def present(self) -> Problem:
+        """The physics from now on, as at a break."""
+        return as_arrays(acting(self.problem, self.time))
 
     def advance(self, until: float, most: float = math.inf) -> None:
         """To `until` or where an effect begins or ends before, or as far as so many steps go.
@@ -153,7 +156,7 @@ class Ellipsoid:
 
     def _seen(self) -> affine_body.Observed:
         with jax.enable_x64(True):
-            return affine_body.observed(self.problem, np.float64(self.time), self.state)
+            return affine_body.observed(self.present, np.float64(self.time), self.state)
 
     def _note_inertia(self) -> None:
         moment = float(self.problem.second_moment)

@@ -31,7 +31,7 @@ def series_record(body: Any) -> dict[str, Any]:
     virial_mismatch compares each effect's own virial tensor with F G^T of its force. integration_energy_error is what
     kinetic, internal and static potential energy changed by beyond what the effects' work and heating account for.
     """
-    problem, state, time = body.problem, body.state, body.time
+    problem, state, time = body.present, body.state, body.time
     seen = affine_body.observed(problem, np.float64(time), state)
     moment, mass = float(problem.second_moment), float(problem.mass)
     deformation, rate = np.asarray(state.deformation), np.asarray(state.rate)

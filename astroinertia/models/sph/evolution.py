@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
+from astroinertia.effects.effect import acting
 from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
@@ -125,6 +125,7 @@ class Particles:
         unsorted = self.state.identity, self.arrangement
         to_give_up = self.to_give_up if self.resumable else never
         stop, problem = self.stretch(until)
+        breaks = stop in self.breaks(until)
         dt = self.begin(stop, longest)
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             if self.base_step is not None:
@@ -144,7 +145,7 @@ class Particles:
                 self.state, self.arrangement = self._step(problem, dt)
                 self.evaluations += len(self.state.mass)
         self.check()
-        if problem is not self.problem and self.has_met(stop):
+        if breaks and self.has_met(stop):
             self._turn(stop)
         if self.between is not None:
             self.state, self.arrangement = self.between(self.problem, self.arrangement, self.state)
@@ -177,11 +178,8 @@ class Particles:
 
     def stretch(self, until: float) -> tuple[float, Problem]:
         """Up to when, `until` at most, all effects are what they are now, and the physics up to then, ends included."""
-        stop = min(self.breaks(until), default=None)
-        if stop is None:
-            return until, self.problem
-        effects = tuple(effect.during(self.time, stop) for effect in self.problem.effects)
-        return stop, replace(self.problem, effects=effects)
+        stop = min(self.breaks(until), default=until)
+        return stop, acting(self.problem, self.time, stop)
 
     def has_met(self, stop: float) -> bool:
         """Whether it is that time by now."""
@@ -190,7 +188,7 @@ class Particles:
     def _turn(self, time: float) -> None:
         """Go from what acts before a break of the effects, with which the step to it ended, to what acts after it."""
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            self.state = turned(self.problem, self.arrangement, self.state, time)
+            self.state = turned(acting(self.problem, time), self.arrangement, self.state, time)
         self.evaluations += len(self.state.mass)
 
     def _step(self, problem: Problem, dt: np.float64) -> tuple[State, Any]:
@@ -217,11 +215,11 @@ class Particles:
 
     def look(self, opening_potential: float | None) -> Record:
         """The same without regions, who belongs to them being as it was judged last."""
-        return series_record(self.problem, self.arrangement, self.state, opening_potential)
+        return series_record(acting(self.problem, self.time), self.arrangement, self.state, opening_potential)
 
     def snapshot(self) -> Record:
         """All particles."""
-        return snapshot_record(self.problem, self.state)
+        return snapshot_record(acting(self.problem, self.time), self.state)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Every array of the state."""
@@ -229,7 +227,7 @@ class Particles:
 
     def figures(self) -> Figures:
         """What the progress line shows."""
-        energy = energy_budget(self.problem, self.state)
+        energy = energy_budget(acting(self.problem, self.time), self.state)
         largest = max(energy["kinetic"], abs(energy["internal"]), *map(abs, energy["potential"].values()), 1e-300)
         densest = float(np.max(self.state.rates.fluid.density))
         outside = works_from_outside(self.problem, energy["potential"])

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from astroinertia.effects.effect import acting
 from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.ledger.moments import open_ledger
@@ -78,7 +79,7 @@ def initial_state(
         entropy = fluid.entropy(xp, solved.density, state.entropy)
         _refuse_beyond(xp, fluid, solved.density, state.entropy, entropy)
         state = replace(state, entropy=entropy)
-    return evaluated(problem, arrangement, state, xp.zeros(())), arrangement
+    return evaluated(acting(problem, time), arrangement, state, xp.zeros(())), arrangement
 
 
 def _refuse_beyond(xp: Any, fluid: Any, density: Array, energy: Array, entropy: Array) -> None:

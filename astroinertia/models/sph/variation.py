@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from astroinertia.effects.effect import acting
 from astroinertia.engines import variational
 from astroinertia.models.sph.evaluate import turned
 from astroinertia.models.sph.evolution import Particles
@@ -46,8 +47,8 @@ def advance(body: Particles, four: Sequence[Particles], step: float, until: floa
             body.state, along = _stepped(
                 (problem, by_problem), body.arrangement, (body.state, along), stop, parts, body.free_fall_factor
             )
-            if problem is not body.problem and body.has_met(stop):
-                both = (body.problem, by_problem), body.arrangement, (body.state, along)
+            if stop in breaks and body.has_met(stop):
+                both = (acting(body.problem, stop), by_problem), body.arrangement, (body.state, along)
                 body.state, along = _turned(*both, stop)
             body.check()
         for side, one in zip(variational.SIDES, four, strict=True):

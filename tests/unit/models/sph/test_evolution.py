@@ -46,6 +46,28 @@ class Push(Effect):
         return replace(self, begin=-math.inf if acts else math.inf, until=math.inf)
 
 
+@pytree
+@dataclass(frozen=True, eq=False)
+class Switched(Effect):
+    """A uniform acceleration from one time to another, which `during` alone says."""
+
+    begin: Any
+    until: Any
+    strength: Any = 1.0
+
+    kind: ClassVar[str] = "switched"
+    external: ClassVar[bool] = True
+
+    def acceleration(self, xp, fluid):
+        return xp.zeros_like(fluid.position) + self.strength * xp.asarray([1.0, 0.0, 0.0])
+
+    def breaks(self, start, end):
+        return tuple(time for time in (self.begin, self.until) if start < time <= end)
+
+    def during(self, start, end):
+        return replace(self, strength=1.0 if self.begin < 0.5 * (start + end) < self.until else 0.0)
+
+
 def moved(effect: Any, longest: float, base_step: Any, unit: float = 1.0) -> Particles:
     """Particles that move freely but for an effect, at END, in steps of about that length; in other units of time."""
     position = ball(60)
@@ -175,6 +197,20 @@ def test_a_base_step_that_is_given_up_leaves_particles_as_they_were_and_keeps_no
     assert before.keys() == after.keys()
     for name, array in before.items():
         assert np.array_equal(array, after[name]), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("base_step", [None, block_step.step])
+@pytest.mark.parametrize(("begin", "until"), [(-1.0, 0.13), (0.0, 0.13), (0.13, 0.27), (0.13, END), (0.13, 9.0)])
+def test_an_effect_that_during_alone_switches_acts_then_and_at_no_other_time(begin, until, base_step) -> None:
+    lasts = min(until, END) - max(begin, 0.0)
+    body = moved(Switched(begin, until), 0.034, base_step)
+    still = moved(Switched(9.0, 10.0), 0.034, base_step)
+    speed, still_speed = (each.state.velocity.mean(axis=0)[0] for each in (body, still))
+    assert speed - still_speed == pytest.approx(lasts, rel=1e-12)
+    mass = float(np.asarray(body.state.mass).sum())
+    pushed = mass if until > END else 0.0  # at the end of the run
+    assert body.look(None)["force"][0, 0] == pytest.approx(pushed, rel=1e-12, abs=1e-14)
 
 
 def test_a_step_that_falls_to_nothing_is_a_share_of_the_run_in_any_units() -> None:
