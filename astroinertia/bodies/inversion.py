@@ -264,8 +264,7 @@ def _core_radius(xp: Any, share: Array) -> Array:
     return jnp.where(inside, x, jnp.nan)
 
 
-def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: TwoLayers) -> None:
-    assumption = f"{name.replace('_', ' ')} {assumed:g}"
+def _refuse_out_of_range(s: float, k: float, name: str, assumed: float) -> None:
     if not (s > 0 and np.isfinite(s)):
         raise ValueError(f"a mean density must be positive, not {s:g}")
     if not 0 < k < 2 / 3:
@@ -275,6 +274,11 @@ def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: 
             raise ValueError(f"a core radius ratio lies between 0 and 1, not at {assumed:g}")
     elif not assumed > 0:
         raise ValueError(f"a density must be positive, not {assumed:g}")
+
+
+def _refuse_the_impossible(s: float, k: float, name: str, assumed: float, body: TwoLayers) -> None:
+    assumption = f"{name.replace('_', ' ')} {assumed:g}"
+    _refuse_out_of_range(s, k, name, assumed)
     if name != "core_radius_ratio" and assumed == s and k != _HOMOGENEOUS:
         raise ValueError(
             f"with {assumption} equal to the mean density the body is homogeneous: its moment ratio is 0.4"

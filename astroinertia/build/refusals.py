@@ -52,21 +52,26 @@ def refuse_impossible(scene: Scene) -> None:
     if scene.model == "rigid":
         _refuse_within(scene, units)
     for alone in scene.alone():
-        body: Any = alone.body
-        if body.quickly_known:
+        if alone.body.quickly_known:
             sphere(alone, units)
         if scene.model == "sph":
-            if body.rotation is not None and body.rotation.t_over_w is not None:
-                rotation_amount(alone, units, "gravity" in scene.effects and body.placing != "placing.of_table")
-            _refuse_break_up(alone, units)
-            if body.placing == "placing.of_table":
-                _refuse_without_heat(alone)
-            elif body.placing == "placing.of_sphere" and not hasattr(body, "file"):  # which may have its own heat
-                refuse_without_equilibrium(alone)
+            _refuse_body(alone, units)
     if scene.model == "sph":
         _refuse_few(scene)
         if scene.equation_of_state is not None:
             _refuse_matter(scene, units)
+
+
+def _refuse_body(scene: Scene, units: CodeUnits) -> None:
+    """Of a body of particles, in the scene of it alone: its rotation, and a gas without its heat."""
+    body: Any = scene.body
+    if body.rotation is not None and body.rotation.t_over_w is not None:
+        rotation_amount(scene, units, "gravity" in scene.effects and body.placing != "placing.of_table")
+    _refuse_break_up(scene, units)
+    if body.placing == "placing.of_table":
+        _refuse_without_heat(scene)
+    elif body.placing == "placing.of_sphere" and not hasattr(body, "file"):  # which may have its own heat
+        refuse_without_equilibrium(scene)
 
 
 def _refuse_few(scene: Scene) -> None:

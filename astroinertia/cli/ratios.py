@@ -3,7 +3,7 @@
 import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from astroinertia.cli import result
 from astroinertia.cli.parser import Add, Options
@@ -93,18 +93,7 @@ def report(options: Options) -> str:
     layers, own = _known(options, _LAYERS), _known(options, _OWN)
     _check_own(options, layers, own)
     one = options.body if options.body is not None or not own else _own_planet(layers, own)
-    if one is None and (layers or options.sweep):
-        raise SceneError(
-            "a density, a radius, a ratio or a sweep is of one body: name it with --body, or say --mass and --radius"
-        )
-    if options.sweep and options.netcdf is None and options.csv is None and options.plot is None:
-        raise SceneError("a sweep needs a file to go to: --netcdf FILE.nc, --csv FILE.csv or --plot FILE.png")
-    if options.compressed and (one is None or options.sweep):
-        raise SceneError("--compressed is for one body in detail: name it with --body, without --sweep")
-    if options.dask and not options.sweep:
-        raise SceneError("--dask is for sweeps: add --sweep")
-    if options.markdown and one is not None:
-        raise SceneError("--markdown is for the table of all bodies: leave the body away")
+    _check_goes_together(options, layers, one)
     from astroinertia.bodies.planets import body, solar_system
     from astroinertia.studies import ratio_tables
     from astroinertia.studies.core_inversion import restated
@@ -146,6 +135,22 @@ def report(options: Options) -> str:
         overwriting.check(options.csv, overwriting.CSV)
         write_whole(options.csv, lambda aside: shown.to_dataframe().to_csv(aside))
     return text
+
+
+def _check_goes_together(options: Options, layers: dict[str, float], one: Any) -> None:
+    """SceneError for options that go with one body, with none or with a sweep, and have it not."""
+    if one is None and (layers or options.sweep):
+        raise SceneError(
+            "a density, a radius, a ratio or a sweep is of one body: name it with --body, or say --mass and --radius"
+        )
+    if options.sweep and options.netcdf is None and options.csv is None and options.plot is None:
+        raise SceneError("a sweep needs a file to go to: --netcdf FILE.nc, --csv FILE.csv or --plot FILE.png")
+    if options.compressed and (one is None or options.sweep):
+        raise SceneError("--compressed is for one body in detail: name it with --body, without --sweep")
+    if options.dask and not options.sweep:
+        raise SceneError("--dask is for sweeps: add --sweep")
+    if options.markdown and one is not None:
+        raise SceneError("--markdown is for the table of all bodies: leave the body away")
 
 
 def _known(options: Options, names: tuple[str, ...]) -> dict[str, float]:

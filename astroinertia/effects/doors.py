@@ -81,14 +81,22 @@ class Door:
             raise ValueError(f"it has no `{absent[0]}`")
         if not is_dataclass(made) or (self.traced and not _is_pytree(made)):
             raise ValueError(f"decorate it with {'@pytree above ' * self.traced}{self.decorated}")
-        kind, options, models, source = (getattr(made, name, None) for name in ("kind", "options", "models", "source"))
+        kind, models, source = (getattr(made, name, None) for name in ("kind", "models", "source"))
         if not isinstance(source, str):
             raise ValueError("its `source` must be text")
         if not isinstance(kind, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,63}", kind):
             raise ValueError("its `kind` must be a name of small letters, digits and _")
         if kind in self.taken:
             raise ValueError(f"its kind '{kind}' is the name of a built-in one; choose another")
-        own_fields = {field.name: field for field in fields(made)}
+        self._check_options(made)
+        some = isinstance(models, Collection) and bool(models) and all(model in self.models for model in models)
+        if self.models and not some:
+            raise ValueError(f"its `models` must be some of {', '.join(self.models)}")
+        text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
+        return text[:1].lower() + text[1:] if text[1:2].islower() else text
+
+    def _check_options(self, made: Any) -> None:
+        options, own_fields = getattr(made, "options", None), {field.name: field for field in fields(made)}
         if not isinstance(options, Mapping):
             raise ValueError("its `options` must describe each of its fields")
         if odd := sorted(map(str, set(options) ^ set(own_fields))):
@@ -99,11 +107,6 @@ class Door:
             fixed = option.dimension in ("choice", "boolean")
             if fixed != bool(own_fields[key].metadata.get("static", False)):
                 raise ValueError(f'its field {key} must {"" if fixed else "not "}have the metadata {{"static": True}}')
-        some = isinstance(models, Collection) and bool(models) and all(model in self.models for model in models)
-        if self.models and not some:
-            raise ValueError(f"its `models` must be some of {', '.join(self.models)}")
-        text = " ".join((made.__doc__ or "").split("\n\n")[0].split()).rstrip(".")
-        return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
     def offered(self) -> Mapping[str, tuple[EntryPoint, ...]]:
         """The entry points of installed packages, by the kind that they offer; nothing is imported."""

@@ -78,12 +78,7 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
         needed = _SHAPES.get(name)
         if needed is None and name not in _OF_PARTICLES:
             return value
-        if name == "exchange" and not (isinstance(value, tuple) and len(value) == 2):
-            raise SceneError(f"the effect '{kind}' {given} that is not a tuple of two, gain and decay.")
-        try:
-            numbers = [_real(each) for each in (value if name == "exchange" else (value,))]
-        except (TypeError, ValueError) as error:
-            raise SceneError(f"the effect '{kind}' {given} of {error}, not of real numbers.") from None
+        numbers = _real_numbers(value, name, f"the effect '{kind}' {given}")
         acted_on = arguments[-1]
         needed = np.shape(acted_on.position) if name == "acceleration" else needed
         allowed = [needed] if name not in _OF_EACH else [np.shape(acted_on.mass), ()]
@@ -99,6 +94,16 @@ def _checked(kind: str, name: str, part: Callable) -> Callable:
         return tuple(numbers) if name == "exchange" else numbers[0]
 
     return checked
+
+
+def _real_numbers(value: Any, name: str, whose: str) -> list[Any]:
+    """What a part of that name gave, two of what is exchanged; SceneError where it is not of real numbers."""
+    if name == "exchange" and not (isinstance(value, tuple) and len(value) == 2):
+        raise SceneError(f"{whose} that is not a tuple of two, gain and decay.")
+    try:
+        return [_real(each) for each in (value if name == "exchange" else (value,))]
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{whose} of {error}, not of real numbers.") from None
 
 
 @contextmanager

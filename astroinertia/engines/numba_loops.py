@@ -196,7 +196,21 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
     if needs.approach:
         products = " + ".join(f"vector_velocity_{a}_ij * {a}_ij" for a in AXES)
         lines.append(f"v_r = ({products}) * inverse_r")
-    kinds, values = output_kinds(terms), {}
+    calls, values = _calls(sources, terms, far)
+    lines += [*calls, "mass_over_r = mass_j * inverse_r"]
+    kinds = output_kinds(terms)
+    for (effect, name), parts in values.items():
+        lines += _reduction(f"sum_{effect}_{name}", kinds[effect, name], parts, form)
+    if needs.impulses:
+        lines += _indented(0, PAIR_TIME)
+        for (effect, name), parts in values.items():
+            lines += _impulse(f"sum_{effect}_{name}", parts[0][1].how)
+    return lines + (_stress_lines(terms, values) if virial else [])
+
+
+def _calls(sources: Sources, terms: Sequence[PairTerm], far: bool) -> tuple[list[str], dict[tuple[str, str], list]]:
+    """The calls of all terms, and the values that they give, with their outputs, by effect and output."""
+    lines, values = [], {}
     for k, term in enumerate(terms):
         function = term.far if far and term.far else term.pair
         name = sources.add(function, f"{term.effect}_{'far' if far else 'pair'}_{k}", reciprocal=far)
@@ -207,19 +221,16 @@ def _pair_lines(sources: Sources, terms: Sequence[PairTerm], needs: Needs, form:
         lines.append(f"{', '.join(targets)}, = {name}({', '.join(called)})")
         for value, output in zip(targets, term.outputs, strict=True):
             values.setdefault((term.effect, output.name), []).append((value, output))
-    lines.append("mass_over_r = mass_j * inverse_r")
-    for (effect, name), parts in values.items():
-        lines += _reduction(f"sum_{effect}_{name}", kinds[effect, name], parts, form)
-    if needs.impulses:
-        lines += _indented(0, PAIR_TIME)
-        for (effect, name), parts in values.items():
-            lines += _impulse(f"sum_{effect}_{name}", parts[0][1].how)
-    if virial:
-        for effect in virial_effects(terms):
-            parts = [v for (e, _), pairs in values.items() if e == effect for v, o in pairs if o.how == "central"]
-            lines.append(f"stress_{effect} = mass_over_r * ({' + '.join(parts)})")
-            for a, b in VIRIAL_AXES:
-                lines.append(f"virial_{effect}_{a}{b} += stress_{effect} * ({AXES[a]}_ij * {AXES[b]}_ij)")
+    return lines, values
+
+
+def _stress_lines(terms: Sequence[PairTerm], values: dict[tuple[str, str], list]) -> list[str]:
+    lines = []
+    for effect in virial_effects(terms):
+        parts = [v for (e, _), pairs in values.items() if e == effect for v, o in pairs if o.how == "central"]
+        lines.append(f"stress_{effect} = mass_over_r * ({' + '.join(parts)})")
+        for a, b in VIRIAL_AXES:
+            lines.append(f"virial_{effect}_{a}{b} += stress_{effect} * ({AXES[a]}_ij * {AXES[b]}_ij)")
     return lines
 
 

@@ -166,6 +166,18 @@ def _grown(array):
 
 
 @njit(**ENTRY)
+def _far_apart(a, b, mass, centre, radius, reach, strength, tolerance, order, widest):
+    # Whether expansions of the two nodes are as accurate as is asked for, for both.
+    dx, dy, dz = centre[a, 0] - centre[b, 0], centre[a, 1] - centre[b, 1], centre[a, 2] - centre[b, 2]
+    squared = dx * dx + dy * dy + dz * dz
+    distance, size = np.sqrt(squared), radius[a] + radius[b]
+    if not (size < widest * distance and distance - size > max(reach[a], reach[b])):
+        return False
+    share = (size / distance) ** order / squared
+    return mass[b] * share <= tolerance * strength[a] and mass[a] * share <= tolerance * strength[b]
+
+
+@njit(**ENTRY)
 def _walk(
     first, last, right, mass, centre, radius, reach, strength, begin, end, tolerance, order, widest
 ):  # fmt: skip
@@ -182,19 +194,13 @@ def _walk(
             continue
         if height + 4 > len(stack):
             stack = _grown(stack)
-        if a != b:
-            dx, dy, dz = centre[a, 0] - centre[b, 0], centre[a, 1] - centre[b, 1], centre[a, 2] - centre[b, 2]
-            squared = dx * dx + dy * dy + dz * dz
-            distance, size = np.sqrt(squared), radius[a] + radius[b]
-            if size < widest * distance and distance - size > max(reach[a], reach[b]):
-                share = (size / distance) ** order / squared
-                if mass[b] * share <= tolerance * strength[a] and mass[a] * share <= tolerance * strength[b]:
-                    if first[a] >= begin:
-                        if locals_found == len(local):
-                            local = _grown(local)
-                        local[locals_found, 0], local[locals_found, 1] = a, b
-                        locals_found += 1
-                    continue
+        if a != b and _far_apart(a, b, mass, centre, radius, reach, strength, tolerance, order, widest):
+            if first[a] >= begin:
+                if locals_found == len(local):
+                    local = _grown(local)
+                local[locals_found, 0], local[locals_found, 1] = a, b
+                locals_found += 1
+            continue
         if right[a] == 0 and right[b] == 0:
             if near_found == len(near):
                 near = _grown(near)

@@ -10,7 +10,7 @@ Sources: Read, Lackey, Owen & Friedman 2009, PRD 79, 124032; Lindblom 1992, ApJ 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -181,34 +181,42 @@ class Barotrope:
                 return _BEYOND
             return math.log(ratio) if ratio > 0 else -_BEYOND
 
-        for low, high, piece in zip(self.edges, self.edges[1:], self.pieces, strict=False):
-            if math.isinf(high):
-                high = max(2 * low, 1.0)
-                while excess(high, piece) < 0:
-                    high *= 4
-                    if math.isinf(high):
-                        raise ValueError(f"equation of state {self.name}: it never reaches {quantity} = {value:.6g}")
-            if excess(high, piece) >= -_ROUNDING:
-                if excess(low, piece) > _ROUNDING:
-                    raise ValueError(
-                        f"equation of state {self.name}: {quantity} = {value:.6g} lies inside a jump of density"
-                    )
-                if excess(low, piece) >= 0:
-                    return low
-                if excess(high, piece) <= 0:
-                    return high
-                while excess(nearer := max(low, high / _NEARER), piece) > 0:
-                    high = nearer
-                if nearer == 0.0:
-                    raise ValueError(
-                        f"equation of state {self.name}: {quantity} = {value:.6g} is that of an enthalpy below what "
-                        "numbers hold"
-                    )
-                return root_between(partial(excess, piece=piece), nearer, high, _SMALLEST, 8.9e-16)
-        raise ValueError(
-            f"equation of state {self.name}: {quantity} = {value:.6g} lies above the largest that it covers, "
-            f"{value * math.exp(excess(self.edges[-1], self.pieces[-1])):.6g}"
-        )
+        wanted = f"{quantity} = {value:.6g}"
+        try:
+            for low, high, piece in zip(self.edges, self.edges[1:], self.pieces, strict=False):
+                of_piece = partial(excess, piece=piece)
+                high = _reaching(of_piece, low, wanted) if math.isinf(high) else high
+                if of_piece(high) >= -_ROUNDING:
+                    return _root_within(of_piece, low, high, wanted)
+            most = value * math.exp(excess(self.edges[-1], self.pieces[-1]))
+            raise ValueError(f"{wanted} lies above the largest that it covers, {most:.6g}")
+        except ValueError as error:
+            raise ValueError(f"equation of state {self.name}: {error}") from None
+
+
+def _reaching(excess: Callable[[float], float], low: float, wanted: str) -> float:
+    """An enthalpy of a piece without end at which the excess is not negative; ValueError where there is none."""
+    high = max(2 * low, 1.0)
+    while excess(high) < 0:
+        high *= 4
+        if math.isinf(high):
+            raise ValueError(f"it never reaches {wanted}")
+    return high
+
+
+def _root_within(excess: Callable[[float], float], low: float, high: float, wanted: str) -> float:
+    """The enthalpy of a piece at which the excess is nothing, to 1e-14; ValueError where there is none."""
+    if excess(low) > _ROUNDING:
+        raise ValueError(f"{wanted} lies inside a jump of density")
+    if excess(low) >= 0:
+        return low
+    if excess(high) <= 0:
+        return high
+    while excess(nearer := max(low, high / _NEARER)) > 0:
+        high = nearer
+    if nearer == 0.0:
+        raise ValueError(f"{wanted} is that of an enthalpy below what numbers hold")
+    return root_between(excess, nearer, high, _SMALLEST, 8.9e-16)
 
 
 @with_quantities()

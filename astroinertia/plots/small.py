@@ -132,9 +132,8 @@ def _shrink(artist: Artist, share: float) -> None:
         thing._set_title_offset_trans(share * matplotlib.rcParams["axes.titlepad"])
     elif isinstance(artist, Axis):
         _shrink_axis(thing, share)
-    elif isinstance(artist, Text):
-        if isinstance(artist, Annotation) and thing.anncoords == "offset points":
-            thing.xyann = tuple(share * length for length in thing.xyann)
+    elif isinstance(artist, Annotation) and thing.anncoords == "offset points":
+        thing.xyann = tuple(share * length for length in thing.xyann)
     elif isinstance(artist, Line2D):
         for name in ("linewidth", "markersize", "markeredgewidth"):
             thing.set(**{name: share * getattr(thing, f"get_{name}")()})

@@ -194,27 +194,28 @@ class _Arguments:
             return value
         of = name.removesuffix("_uncertainty")
         dimension = DIMENSIONS.get(of) or (units.Dimension(*EXPONENTS[of]) if of in EXPONENTS else None)
-        if _is_labelled(value):
-            if name in self.labelled:
-                return value
-            own = None if dimension is None else units.si_unit(dimension)
-            meant = self.in_units.get(name, own)
-            if value.attrs["units"] in ("", "1") or (meant is None and name not in self.in_units):
-                return value
-            if value.attrs["units"] == meant:
-                return _bare(value)
         if isinstance(value, str):
-            if name in self.texts or _is_number(value):
+            return self._text(name, value, units, dimension)
+        if _is_labelled(value):
+            own = None if dimension is None else units.si_unit(dimension)
+            meant, unit = self.in_units.get(name, own), value.attrs["units"]
+            if name in self.labelled or unit in ("", "1") or (meant is None and name not in self.in_units):
                 return value
-            if self.in_units.get(name) is not None:
-                return self._said(name, lambda: self._in_own(units, units.parsed(value), name))
-            if name in self.in_units or dimension is None:
-                return value
-            return self._said(name, lambda: units.quantity(value, dimension))
+            if unit == meant:
+                return _bare(value)
         quantity = self._said(name, lambda: units.with_unit(value))
         if name in self.in_units:
             return self._said(name, lambda: self._in_own(units, quantity, name))
         return self._said(name, lambda: units.in_si(quantity, dimension))
+
+    def _text(self, name: str, value: str, units: Any, dimension: Any) -> Any:
+        if name in self.texts or _is_number(value):
+            return value
+        if self.in_units.get(name) is not None:
+            return self._said(name, lambda: self._in_own(units, units.parsed(value), name))
+        if name in self.in_units or dimension is None:
+            return value
+        return self._said(name, lambda: units.quantity(value, dimension))
 
     def _in_own(self, units: Any, quantity: Any, name: str) -> Any:
         """The numbers of a quantity in the unit that its argument has."""
@@ -431,20 +432,30 @@ def _refusal(function: Any, args: Any, options: Any, error: Exception) -> SceneE
         return InputTypeError(f"{name}: {wrong}{hint}.")
     if any(f"unexpected keyword argument '{key}'" in str(first) for key in options):  # passed on by the function
         return InputTypeError(f"{name}: {str(first).partition('() ')[2]}.")
-    for key, value in bound.arguments.items():  # first, for a count is rarely what an error speaks of
-        if not _may_be(signature.parameters[key], value):
-            return InputTypeError(f"{key} of {name} must be a whole number, not {value!r:.60}.")
-    for key, value in bound.arguments.items():
-        if of_text and isinstance(value, str) and repr(value) in str(error):
-            return InputTypeError(f"{key} of {name} must be a number, not {value!r:.60}.")
-        if (wanted := _wanted(signature.parameters[key], value)) is not None:
-            return InputTypeError(f"{key} of {name} must be {wanted}, not {_kind(value)}.")
-    for key, value in bound.arguments.items():
-        if isinstance(value, str) and _may_be_array(signature.parameters[key]):
-            return InputTypeError(f"{key} of {name} must be a number or an array, not {value!r:.60}.")
+    if (wrong := _of_wrong_type(signature, bound.arguments, str(error) if of_text else "")) is not None:
+        return InputTypeError(f"{wrong[0]} of {name} must be {wrong[1]}.")
     if of_shapes and (misfit := _misfit(signature, bound.arguments, function, first)) is not None:
         return InputTypeError(f"{name} {misfit}.")
     return InputError(str(error)) if of_value else None
+
+
+def _of_wrong_type(signature: Any, given: Mapping[str, Any], of_text: str) -> tuple[str, str] | None:
+    """The first argument of a wrong type, and what it must be and is; None where there is none.
+
+    of_text: what NumPy says of a text that is no number, empty where it says no such thing.
+    """
+    for key, value in given.items():  # first, for a count is rarely what an error speaks of
+        if not _may_be(signature.parameters[key], value):
+            return key, f"a whole number, not {value!r:.60}"
+    for key, value in given.items():
+        if isinstance(value, str) and repr(value) in of_text:
+            return key, f"a number, not {value!r:.60}"
+        if (wanted := _wanted(signature.parameters[key], value)) is not None:
+            return key, f"{wanted}, not {_kind(value)}"
+    for key, value in given.items():
+        if isinstance(value, str) and _may_be_array(signature.parameters[key]):
+            return key, f"a number or an array, not {value!r:.60}"
+    return None
 
 
 def _not_finite(function: Any, args: Any, options: Any) -> InputError | None:

@@ -108,8 +108,7 @@ def _is_own(value: Any) -> bool:
 
 
 def _table(table: Mapping[Any, Any], path: Path) -> dict[str, Any]:
-    if len(path) > DEEPEST:
-        raise Problem(path[:2], f": tables or lists are nested deeper than {DEEPEST} levels.")
+    _refuse_deep(path)
     for key in table:
         if not isinstance(key, str):
             raise Problem((*path, shown(str(key))), f": a key must be text, not {kind_of(key)}.")
@@ -142,8 +141,7 @@ def _plain(value: Any, path: Path) -> Any:
     if isinstance(value, Real | Decimal):
         return _number(value)
     if isinstance(value, list | tuple | range):
-        if len(path) > DEEPEST:
-            raise Problem(path[:2], f": tables or lists are nested deeper than {DEEPEST} levels.")
+        _refuse_deep(path)
         _refuse_many(value, path)
         return [_plain(item, (*path, number)) for number, item in enumerate(value)]
     if isinstance(getattr(value, "dtype", None), np.dtype) and hasattr(value, "__array__"):
@@ -166,6 +164,11 @@ def _number(value: Any) -> float:
         return float(value)
     except OverflowError:
         return float("inf")
+
+
+def _refuse_deep(path: Path) -> None:
+    if len(path) > DEEPEST:
+        raise Problem(path[:2], f": tables or lists are nested deeper than {DEEPEST} levels.")
 
 
 def _refuse_many(values: Any, path: Path) -> None:

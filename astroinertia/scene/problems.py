@@ -24,6 +24,16 @@ OTHER_WORDS = {  # for keys, that are not spelt alike: the first of them that is
     **dict.fromkeys(("star", "planet"), ("body",)),
 }
 
+WANTED = {  # by the types of pydantic's errors: what a value must be
+    **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "a table"),
+    "string_type": "text in quotes",
+    **dict.fromkeys(("int_type", "int_from_float", "int_parsing_size"), "a whole number"),
+    "float_type": "a number",
+    "finite_number": "a finite number",
+    "bool_type": "true or false",
+    "tuple_type": "a list",
+}
+BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 OF_THE_SCENE = "it is one of the scene itself: it stands above the first [table]."
 
 
@@ -95,11 +105,12 @@ def first_problem(
 def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[BaseModel]]]) -> Problem:
     loc, kind = _without_tags(item["loc"], kinds)
     value, context = item.get("input"), item.get("ctx") or {}
+    if (wanted := WANTED.get(item["type"])) is not None:
+        return Problem(loc, f": must be {wanted}, not {described(value)}.")
     match item["type"]:
         case "extra_forbidden":
-            if _is_of_scene(model, loc):
-                return unknown_key(loc, (), OF_THE_SCENE)
-            elsewhere = _deeper(_model_at(model, loc[:-1], kind, kinds), loc) or _other_kind(loc, kinds)
+            elsewhere = OF_THE_SCENE if _is_of_scene(model, loc) else ""
+            elsewhere = elsewhere or _deeper(_model_at(model, loc[:-1], kind, kinds), loc) or _other_kind(loc, kinds)
             return unknown_key(loc, _fields(model, loc, kind, kinds), elsewhere)
         case "missing" if isinstance(loc[-1], int):
             return Problem(loc[:-1], f": must be a longer list, for entry {loc[-1] + 1} is missing.")
@@ -111,44 +122,32 @@ def _problem(item: Any, model: type[BaseModel], kinds: dict[str, dict[str, type[
             known = [kind for kind in kinds[str(loc[0])] if kind != "own"]
             return wrong_choice(path, None if missing else value.get("kind"), known, missing)
         case "literal_error":
-            field = _field(model, loc, kind, kinds)
-            choices = _arguments(field.annotation) if field else []
-            if numbers := [str(choice) for choice in choices if isinstance(choice, int)]:
-                return Problem(loc, f": must be one of {', '.join(numbers)}, not {described(value)}.")
-            return wrong_choice(loc, value, [choice for choice in choices if isinstance(choice, str)])
+            return _wrong_literal(loc, value, _field(model, loc, kind, kinds))
         case "value_error":
             message = str(context["error"])
             whole = message.startswith(("needs ", "has ", "may "))  # said of a table by its own validator
             return Problem(loc, f" {message}" if whole else f": {message}", table=whole)
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return Problem(loc, f": must be a table, not {described(value)}.")
-        case "string_type":
-            return Problem(loc, f": must be text in quotes, not {described(value)}.")
         case "string_pattern_mismatch":
             loc = loc[:-1] if loc[-1] == "[key]" else loc  # of a table, whose name it is
             return Problem(loc, f": must be {_in_words(context['pattern'])}, not {described(value)}.")
         case "string_too_long" | "string_too_short":
             limit = context.get("max_length", context.get("min_length"))
             return Problem(loc, f": must have at {'most' if 'max_length' in context else 'least'} {limit} characters.")
-        case "int_type" | "int_from_float" | "int_parsing_size":
-            return Problem(loc, f": must be a whole number, not {described(value)}.")
-        case "float_type":
-            return Problem(loc, f": must be a number, not {described(value)}.")
-        case "finite_number":
-            return Problem(loc, f": must be a finite number, not {described(value)}.")
-        case "bool_type":
-            return Problem(loc, f": must be true or false, not {described(value)}.")
         case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
-            words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
-            name, limit = next((name, limit) for name, limit in context.items() if name in words)
+            name, limit = next((name, limit) for name, limit in context.items() if name in BOUNDS)
             si = any_quantity(value) if isinstance(value, str) and limit else None
             unit = f" {si[1]}" if si is not None and si[1] != "1" else ""
-            return Problem(loc, f": must be {words[name]} {limit:g}{unit}, not {described(value)}.")
-        case "tuple_type":
-            return Problem(loc, f": must be a list, not {described(value)}.")
+            return Problem(loc, f": must be {BOUNDS[name]} {limit:g}{unit}, not {described(value)}.")
         case "too_short" | "too_long":
             return Problem(loc, f": must be a list with {_count(context)}, not with {context['actual_length']}.")
     return Problem(loc, f": {clause(item['msg'])}.")
+
+
+def _wrong_literal(loc: Path, value: Any, field: Any) -> Problem:
+    choices = _arguments(field.annotation) if field else []
+    if numbers := [str(choice) for choice in choices if isinstance(choice, int)]:
+        return Problem(loc, f": must be one of {', '.join(numbers)}, not {described(value)}.")
+    return wrong_choice(loc, value, [choice for choice in choices if isinstance(choice, str)])
 
 
 def _is_of_scene(scene: type[BaseModel], loc: Path) -> bool:

@@ -25,6 +25,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -355,16 +356,8 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     count = len(columns["radius"])
     if not FEWEST_SHELLS <= count <= MAX_SHELLS:
         raise ValueError(f"it has {count} shells, not {FEWEST_SHELLS} to {MAX_SHELLS}")
-    for name, values in columns.items():
-        if not np.isfinite(values).all() or np.abs(values).max() > 1e200:
-            raise ValueError(f"{name} of row {int(np.argmin(np.isfinite(values))) + 1} is not finite, or too large")
-    rows = np.arange(count) + 1  # as the file has them, for what is said of them
-    if columns["radius"][0] > columns["radius"][-1]:
-        columns, rows = {name: values[::-1] for name, values in columns.items()}, rows[::-1]
-    if columns["radius"][0] == 0.0:  # a row for the centre itself is no shell
-        columns, rows = {name: values[1:] for name, values in columns.items()}, rows[1:]
-    if "mass" in columns and (outermost := np.append(np.diff(columns["mass"]) != 0.0, True)).sum() >= FEWEST_SHELLS:
-        columns, rows = {name: values[outermost] for name, values in columns.items()}, rows[outermost]
+    _refuse_not_finite(columns)
+    columns, rows = _outwards(columns)
 
     def refuse_where(wrong: np.ndarray, what: str) -> None:
         if wrong.any():
@@ -389,12 +382,40 @@ def _checked(columns: Columns, molecular_weight: float | None) -> Progenitor:
     if pressure is None and "temperature" in columns and molecular_weight is not None:
         density = np.diff(mass, prepend=0.0) / volume
         pressure = density * BOLTZMANN_CONSTANT * columns["temperature"] / (molecular_weight * ATOMIC_MASS)
-    rotation, of_edge = columns.get("omega"), columns.get("omega_of_edge")
+    return Progenitor(mass, radius, pressure, columns.get("internal_energy"), _rotation(columns))
+
+
+def _refuse_not_finite(columns: Columns) -> None:
+    for name, values in columns.items():
+        if not np.isfinite(values).all() or np.abs(values).max() > 1e200:
+            raise ValueError(f"{name} of row {int(np.argmin(np.isfinite(values))) + 1} is not finite, or too large")
+
+
+def _outwards(columns: Columns) -> tuple[Columns, np.ndarray]:
+    """Shells from the centre outwards, and the rows of the file that they are in, for what is said of them."""
+    rows: Any = np.arange(len(columns["radius"])) + 1
+
+    def chosen(which: Any) -> tuple[Columns, np.ndarray]:
+        return {name: values[which] for name, values in columns.items()}, rows[which]
+
+    if columns["radius"][0] > columns["radius"][-1]:
+        columns, rows = chosen(slice(None, None, -1))
+    if columns["radius"][0] == 0.0:  # a row for the centre itself is no shell
+        columns, rows = chosen(slice(1, None))
+    if "mass" in columns and (outermost := np.append(np.diff(columns["mass"]) != 0.0, True)).sum() >= FEWEST_SHELLS:
+        columns, rows = chosen(outermost)
+    return columns, rows
+
+
+def _rotation(columns: Columns) -> np.ndarray | None:
+    """The angular velocity of shells as a file states it, or from that of their edges; None where it states none."""
+    of_edge = columns.get("omega_of_edge")
     if of_edge is None and "specific_angular_momentum" in columns:
-        of_edge = 1.5 * columns["specific_angular_momentum"] / radius**2  # j is the mean over the surface of a sphere
-    if rotation is None and of_edge is not None:
-        rotation = 0.5 * (of_edge + np.append(of_edge[:1], of_edge[:-1]))
-    return Progenitor(mass, radius, pressure, columns.get("internal_energy"), rotation)
+        # j is the mean over the surface of a sphere
+        of_edge = 1.5 * columns["specific_angular_momentum"] / columns["radius"] ** 2
+    if "omega" in columns or of_edge is None:
+        return columns.get("omega")
+    return 0.5 * (of_edge + np.append(of_edge[:1], of_edge[:-1]))
 
 
 def _same_density(stated: np.ndarray, implied: np.ndarray) -> None:

@@ -7,7 +7,7 @@ accreted or that are dead by h <= 0, and sinks that were merged by m <= 0.
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -170,13 +170,7 @@ def _refuse_damaged(path: Path) -> None:
     integer, real = _DEFAULT_SIZES[length]
     sizes = (integer, 1, 2, 4, 8, real, 4, 8)
     taken(_IDENTIFIER)
-    processes = 1
-    for kind, size in enumerate(sizes):
-        if count := _numbers(taken(4), f"{order}i4")[0]:
-            tags, values = taken(_TAG * count), taken(size * count)
-            names = [tags[at : at + _TAG].strip() for at in range(0, len(tags), _TAG)]
-            if kind == 0 and _PROCESSES in names:
-                processes = _numbers(values, f"{order}i{size}")[names.index(_PROCESSES)]
+    processes = _processes(taken, sizes, order)
     blocks = _numbers(taken(4), f"{order}i4")[0]
     if not 0 < processes <= blocks or blocks % processes:
         raise ValueError(f"it has {blocks} blocks of {processes} processes")
@@ -189,6 +183,18 @@ def _refuse_damaged(path: Path) -> None:
                     taken(size * rows)
     if next(records, None):
         raise ValueError("it has more records than it announces")
+
+
+def _processes(taken: Callable[[int], bytes], sizes: Sequence[int], order: str) -> int:
+    """How many processes wrote a dump, by its header of numbers of all kinds, which is taken whole; else 1."""
+    processes = 1
+    for kind, size in enumerate(sizes):
+        if count := _numbers(taken(4), f"{order}i4")[0]:
+            tags, values = taken(_TAG * count), taken(size * count)
+            names = [tags[at : at + _TAG].strip() for at in range(0, len(tags), _TAG)]
+            if kind == 0 and _PROCESSES in names:
+                processes = _numbers(values, f"{order}i{size}")[names.index(_PROCESSES)]
+    return processes
 
 
 def _records(path: Path) -> Iterator[tuple[int, bytes]]:
