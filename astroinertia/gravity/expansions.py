@@ -16,6 +16,7 @@ from functools import cache
 
 Index = tuple[int, int, int]
 AXES = "xyz"
+UNITS: tuple[Index, Index, Index] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 @cache
@@ -39,12 +40,14 @@ def _name(stem: str, a: Index) -> str:
     return f"{stem}_{a[0]}{a[1]}{a[2]}"
 
 
-def _plus(a: Index, b: Index) -> Index:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+def plus(a: Index, b: Index) -> Index:
+    """The index of both derivatives one after the other."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-def _unit(axis: int) -> Index:
-    return (int(axis == 0), int(axis == 1), int(axis == 2))
+def less(a: Index, axis: int) -> Index:
+    """The index with one derivative less along an axis."""
+    return a[0] - (axis == 0), a[1] - (axis == 1), a[2] - (axis == 2)
 
 
 def _indented(lines: list[str], depth: int) -> list[str]:
@@ -56,7 +59,7 @@ def _monomials(stem: str, order: int, kind: str) -> list[str]:
     lines = [f"{stem}_000 = {kind}(1)"]
     for a in indices(order)[1:]:
         axis = max(k for k in range(3) if a[k])
-        below = _plus(a, tuple(-u for u in _unit(axis)))  # type: ignore[arg-type]
+        below = less(a, axis)
         factor = "" if a[axis] == 1 else f" * {kind}({1.0 / a[axis]!r})"
         lines.append(f"{_name(stem, a)} = {_name(stem, below)} * {AXES[axis]}{factor}")
     return lines
@@ -107,8 +110,7 @@ def stored_moments(p: int) -> list[str]:
     lines += [f"    {_name('m', a)} = raw[{n}]" for n, a in enumerate(all_of)]
     for a in sorted(all_of, key=lambda a: -a[2]):
         if a[2] >= 2:
-            for axis in range(2):
-                into = _plus((a[0], a[1], a[2] - 2), tuple(2 * u for u in _unit(axis)))  # type: ignore[arg-type]
+            for into in _without_two_z(a):
                 lines.append(f"    {_name('m', into)} -= {_name('m', a)}")
     lines += ["    f0 = 1.0", *[f"    f{n} = f{n - 1} / size" for n in range(1, p)]]
     lines += [f"    moments[{n}] = real({_name('m', a)} * f{sum(a)})" for n, a in enumerate(moments(p))]
@@ -130,10 +132,10 @@ def _derivatives(p: int) -> list[str]:
             return names[a, m]
         odd = [k for k in (2, 1, 0) if a[k] == 1]
         axis = odd[0] if odd else min((k for k in range(3) if a[k]), key=lambda k: a[k])
-        below = _plus(a, tuple(-u for u in _unit(axis)))  # type: ignore[arg-type]
+        below = less(a, axis)
         text = f"{AXES[axis]} * {value(below, m + 1)}"
         if a[axis] > 1:
-            second = _plus(below, tuple(-u for u in _unit(axis)))  # type: ignore[arg-type]
+            second = less(below, axis)
             factor = "" if a[axis] == 2 else f"real({float(a[axis] - 1)!r}) * "
             text += f" + {factor}{value(second, m + 1)}"
         names[a, m] = f"{_name('d', a)}_{m}"
@@ -144,7 +146,7 @@ def _derivatives(p: int) -> list[str]:
         lines.append(f"{_name('d', a)} = {value(a, 0)}")
     for a in indices(p):
         if a[2] == 2:
-            one, other = (a[0] + 2, a[1], 0), (a[0], a[1] + 2, 0)
+            one, other = _without_two_z(a)
             lines.append(f"{_name('d', a)} = -({_name('d', one)} + {_name('d', other)})")
     return lines
 
@@ -177,7 +179,7 @@ def interactions(p: int) -> list[str]:
     lines += _indented(_derivatives(p), 2)
     for b in targets:
         terms = [
-            f"{_name('m', a)} * {_name('d', _plus(a, b))}" if sum(a) + sum(b) else _name("m", a)
+            f"{_name('m', a)} * {_name('d', plus(a, b))}" if sum(a) + sum(b) else _name("m", a)
             for a in sources
             if sum(a) + sum(b) <= p
         ]
@@ -190,10 +192,21 @@ def interactions(p: int) -> list[str]:
 def _all_local(p: int, source: str) -> list[str]:
     # l_a for all indices, from the harmonic ones
     lines = [f"{_name('l', b)} = {source}[{n}]" for n, b in enumerate(harmonic(p))]
+    return lines + _of_more_z("l", p)
+
+
+def _without_two_z(a: Index) -> tuple[Index, Index]:
+    # Laplace's equation: two derivatives along z are those along x and those along y, with the other sign.
+    return (a[0] + 2, a[1], a[2] - 2), (a[0], a[1] + 2, a[2] - 2)
+
+
+def _of_more_z(stem: str, p: int) -> list[str]:
+    # Coefficients of two z or more, from those of fewer.
+    lines = []
     for a in sorted(indices(p), key=lambda a: a[2]):
         if a[2] >= 2:
-            one, other = (a[0] + 2, a[1], a[2] - 2), (a[0], a[1] + 2, a[2] - 2)
-            lines.append(f"{_name('l', a)} = -({_name('l', one)} + {_name('l', other)})")
+            one, other = _without_two_z(a)
+            lines.append(f"{_name(stem, a)} = -({_name(stem, one)} + {_name(stem, other)})")
     return lines
 
 
@@ -206,7 +219,7 @@ def shifted_local(p: int) -> list[str]:
     ]
     for n, b in enumerate(harmonic(p)):
         terms = [
-            _name("l", _plus(b, c)) + ("" if c == (0, 0, 0) else f" * {_name('t', c)}") for c in indices(p - sum(b))
+            _name("l", plus(b, c)) + ("" if c == (0, 0, 0) else f" * {_name('t', c)}") for c in indices(p - sum(b))
         ]
         lines.append(f"    local[{n}] = {' + '.join(terms)}")
     return [*lines, "", ""]
@@ -221,12 +234,7 @@ def at_particles(p: int) -> list[str]:
         "    f0 = 1.0",
         *[f"    f{n} = f{n - 1} * size" for n in range(1, p + 1)],
         *[f"    c_{b[0]}{b[1]}{b[2]} = real(local[{n}] * f{sum(b)})" for n, b in enumerate(harmonic(p))],
-    ]
-    for a in sorted(indices(p), key=lambda a: a[2]):
-        if a[2] >= 2:
-            one, other = (a[0] + 2, a[1], a[2] - 2), (a[0], a[1] + 2, a[2] - 2)
-            lines.append(f"    {_name('c', a)} = -({_name('c', one)} + {_name('c', other)})")
-    lines += [
+        *_indented(_of_more_z("c", p), 1),
         "    inverse = real(1.0 / size)",
         "    for k in range(padded(count)):",
         "        x, y, z = all_x[k] * inverse, all_y[k] * inverse, all_z[k] * inverse",
@@ -234,7 +242,7 @@ def at_particles(p: int) -> list[str]:
         "        out_phi[k] = -(" + " + ".join(f"{_name('c', a)} * {_name('t', a)}" for a in indices(p)) + ")",
     ]
     for axis in range(3):
-        terms = [f"{_name('c', _plus(a, _unit(axis)))} * {_name('t', a)}" for a in indices(p - 1)]
+        terms = [f"{_name('c', plus(a, UNITS[axis]))} * {_name('t', a)}" for a in indices(p - 1)]
         lines.append(f"        out_{AXES[axis]}[k] = inverse * ({' + '.join(terms)})")
     return [*lines, "", ""]
 

@@ -20,11 +20,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from astroinertia.gravity.expansions import Index, harmonic
+from astroinertia.gravity.expansions import UNITS, Index, harmonic, less, plus
 
 Array = Any
 Expansion = dict[Index, Array]
-UNITS: tuple[Index, Index, Index] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def harmonics(order: int, x: list[Array]) -> Array:
@@ -46,10 +45,10 @@ def derivatives(order: int, x: list[Array]) -> Expansion:
         if (a, m) not in table:
             # An axis with a single derivative takes one term.
             axis = next((k for k in (2, 1, 0) if a[k] == 1), min((k for k in range(3) if a[k]), key=lambda k: a[k]))
-            once = _less(a, axis)
+            once = less(a, axis)
             found = x[axis] * value(once, m + 1)
             if once[axis]:
-                found = found + once[axis] * value(_less(once, axis), m + 1)
+                found = found + once[axis] * value(less(once, axis), m + 1)
             table[a, m] = found
         return table[a, m]
 
@@ -60,7 +59,7 @@ def _with_two_z(values: Expansion) -> Expansion:
     """Derivatives of a potential, and those of two z besides, which Laplace's equation has from the others."""
     result = dict(values)
     for a in [(0, 0, 0), *values]:
-        along_x, along_y, along_z = (_plus(_plus(a, unit), unit) for unit in UNITS)
+        along_x, along_y, along_z = (plus(plus(a, unit), unit) for unit in UNITS)
         if a[2] == 0 and along_x in values:
             result[along_z] = -(values[along_x] + values[along_y])
     return result
@@ -83,7 +82,7 @@ def local(order: int, direction: list[Array], moments: Expansion) -> Expansion:
     """L_b = sum_a M_a D_(a+b) of sources whose centres are at unit distance, against `direction`."""
     d, given = _apart(derivatives(order, direction)) | {(0, 0, 0): 1.0}, _apart(moments)
     return {
-        b: reduce(add, (d[_plus(a, b)] * m for a, m in given.items() if sum(a) + sum(b) <= order))
+        b: reduce(add, (d[plus(a, b)] * m for a, m in given.items() if sum(a) + sum(b) <= order))
         for b in harmonic(order)
     }
 
@@ -130,7 +129,7 @@ def _gradient(order: int, transposed: bool) -> list[list[tuple[np.ndarray, np.nd
         matrix = np.zeros((len(place), len(place)))
         for a, row in place.items():
             # Coefficients above the order are 0, and those of two z as Laplace's equation has them.
-            for b, value in _folded({_plus(a, unit): 1.0}).items():
+            for b, value in _folded({plus(a, unit): 1.0}).items():
                 if b in place:
                     matrix[row, place[b]] = value
         axes.append(_picked(matrix.T if transposed else matrix))
@@ -153,9 +152,9 @@ def _folded(values: Expansion) -> Expansion:
     values = dict(values)
     for a in sorted(values, key=lambda a: -a[2]):
         if a[2] >= 2:
-            part, below = values.pop(a), _less(_less(a, 2), 2)
+            part, below = values.pop(a), less(less(a, 2), 2)
             for unit in UNITS[:2]:
-                into = _plus(_plus(below, unit), unit)
+                into = plus(plus(below, unit), unit)
                 values[into] = values.get(into, 0.0) - part
     return values
 
@@ -163,11 +162,3 @@ def _folded(values: Expansion) -> Expansion:
 def _apart(values: Expansion) -> Expansion:
     # Kept by itself, so that XLA does not work it out again for each sum that it is in.
     return jax.lax.optimization_barrier(values)
-
-
-def _plus(a: Index, b: Index) -> Index:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def _less(a: Index, axis: int) -> Index:
-    return a[0] - (axis == 0), a[1] - (axis == 1), a[2] - (axis == 2)
