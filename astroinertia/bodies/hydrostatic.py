@@ -223,7 +223,9 @@ def _solve(
     log_pressure, end, rows = _equilibrium(parts, surface_pressure, jax.lax.stop_gradient(guess))
     t, content, pressure = rows[..., 0], rows[..., 1], rows[..., 2]
     r, m = equation.radius_and_mass(t, content)
-    density, compressibility = jax.lax.map(lambda layer: _density_and_slope(*layer), (matter, pressure))
+    density, compressibility = jax.lax.map(
+        lambda layer: jax.jvp(layer[0].density, layer[1:], (jnp.ones_like(layer[1]),)), (matter, pressure)
+    )
     positive = r > 0
     gravity = jnp.where(positive, g * m / jnp.where(positive, r, 1.0) ** 2, 0.0)
     return HydrostaticPlanet(
@@ -269,10 +271,6 @@ def _one_of_kinds(materials: tuple) -> _OneOf:
         own = [one if layer in layers else materials[layers[0]] for layer, one in enumerate(materials)]
         stacks.append(jax.tree.map(lambda *parts: jnp.stack(parts), *own))
     return _OneOf(jnp.asarray(which), tuple(stacks))
-
-
-def _density_and_slope(material: Material, pressure: Array) -> tuple[Array, Array]:
-    return jax.jvp(material.density, (pressure,), (jnp.ones_like(pressure),))
 
 
 _FOUR_PI = 4 * math.pi

@@ -112,7 +112,8 @@ def spectrum(
     kept = values > _SAME * values[-1]
     basis = vectors[:, kept] / np.sqrt(values[kept])
     gyration, stiffness = basis.T @ gyration @ basis, basis.T @ (spread - stiffness) @ basis
-    friction = 1j * kinematic_viscosity / _viscosity_unit(star) * (basis.T @ friction @ basis)
+    unit = star.equatorial_radius**2 * math.sqrt(star.max_density * star.gravitational_constant)  # of a viscosity
+    friction = 1j * kinematic_viscosity / unit * (basis.T @ friction @ basis)
     turning = mode * math.sqrt(star.field.rate_squared)
     zero, one = np.zeros_like(gyration), np.eye(len(gyration))
     sigma, modes = np.linalg.eig(np.block([[zero, one], [turning * friction - stiffness, friction - 2 * gyration]]))
@@ -120,10 +121,6 @@ def spectrum(
     along = basis.T @ mass @ bar
     share = np.abs(along @ modes) ** 2 / (along @ along) / (np.abs(modes) ** 2).sum(axis=0)
     return sigma * math.sqrt(star.max_density * star.gravitational_constant), share
-
-
-def _viscosity_unit(star: RotatingStar) -> float:
-    return star.equatorial_radius**2 * math.sqrt(star.max_density * star.gravitational_constant)
 
 
 def _matrices(star: RotatingStar, gamma: float, m: int, degree: int, bulk: float) -> tuple[np.ndarray, ...]:

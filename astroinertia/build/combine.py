@@ -26,13 +26,11 @@ def together(bodies: Sequence[Particles]) -> Particles:
 
     arrays: Any = {name: joined(name) for name in Particles.__dataclass_fields__ if name != "memory"}
     known = {name for body in bodies for name in body.memory}
-    memory = {name: np.concatenate([_known(body, name) for body in bodies]) for name in known}
-    return Particles(**arrays, memory=memory)
-
-
-def _known(body: Particles, name: str) -> np.ndarray:
     # What is known of the particles of one body alone are factors.
-    return body.memory.get(name, np.ones(len(body.mass)))
+    memory = {
+        name: np.concatenate([body.memory.get(name, np.ones(len(body.mass))) for body in bodies]) for name in known
+    }
+    return Particles(**arrays, memory=memory)
 
 
 def check_same_fluid(equations: Sequence[object]) -> None:

@@ -105,7 +105,8 @@ def entropies(
         return np.full(len(where), units.to_code(body.entropy, pressure_constant_dimension(gamma)))
     if initial is None:
         raise SceneError(f"[body] {body.without_heat} needs specific_internal_energy or entropy.")
-    if _hybrid(scene) or "pressure" not in scene.effects:
+    hybrid = scene.equation_of_state is not None and scene.equation_of_state.kind == "hybrid"
+    if hybrid or "pressure" not in scene.effects:
         return np.zeros(len(where))
     refuse_without_equilibrium(scene)
     pressure, density = initial.hydrostatic(where)
@@ -128,10 +129,6 @@ def refuse_without_equilibrium(scene: Scene) -> None:
     raise SceneError(
         "[body] needs specific_internal_energy or entropy: without gravity there is no equilibrium to take it from."
     )
-
-
-def _hybrid(scene: Scene) -> bool:
-    return scene.equation_of_state is not None and scene.equation_of_state.kind == "hybrid"
 
 
 def _constant(scene: Scene, units: CodeUnits, initial: Sphere | Star | None, gamma: float) -> float:

@@ -52,14 +52,20 @@ class Fields:
         return (self.centre + radius[:, None, None] * AXES).reshape(-1, 3)
 
 
+def effects_that(scene: Scene, trait: str) -> tuple[Any, ...]:
+    """The effects of a scene whose classes have a trait, in code units."""
+    units, entries = code_units(scene), scene.entries
+    return tuple(
+        catalogue.build(kind, options_in_code_units(options, entries[kind].options, units), entries)
+        for kind, options in scene.effects.items()
+        if getattr(entries[kind].made, trait)
+    )
+
+
 def fields(scene: Scene) -> Fields | None:
     """Those of a scene; None where it has none."""
     units, body = code_units(scene), scene.body
-    found = tuple(
-        catalogue.build(kind, options_in_code_units(options, scene.entries[kind].options, units), scene.entries)
-        for kind, options in scene.effects.items()
-        if scene.entries[kind].made.follows_place
-    )
+    found = effects_that(scene, "follows_place")
     centre, velocity = (
         np.asarray(units.to_code(np.asarray(getattr(body, name, None) or (0.0, 0.0, 0.0)), dimension))
         for name, dimension in (("position", "length"), ("velocity", "velocity"))

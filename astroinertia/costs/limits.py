@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from astroinertia.costs.fields import Fields, fields
-from astroinertia.effects import catalogue
-from astroinertia.scene.dimensional import options_in_code_units
+from astroinertia.costs.fields import Fields, effects_that, fields
 from astroinertia.scene.plan import code_units, smoothing, softening
 from astroinertia.scene.schema import Scene
 
@@ -52,12 +50,7 @@ def limits(scene: Scene, course: Sequence[Matter]) -> Limits:
     factor, units = scene.numerics.free_fall_factor, code_units(scene)
     times = np.array([matter.time for matter in course])
     whole = float(course[0].mass.sum())
-    effects = [
-        catalogue.build(kind, options_in_code_units(options, scene.entries[kind].options, units), scene.entries)
-        for kind, options in scene.effects.items()
-        if scene.entries[kind].made.limited_by_density
-    ]
-    given = fields(scene)
+    effects, given = effects_that(scene, "limited_by_density"), fields(scene)
     each = [_allowed(scene, effects, given, whole, matter) for matter in course]
     shortest = (np.minimum.reduce([*of.values()]) for of in each)
     found = np.transpose([_quantiles(of, matter.mass) for of, matter in zip(shortest, course, strict=True)])

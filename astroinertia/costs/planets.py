@@ -54,7 +54,8 @@ def _planet(body: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Matt
     shells = [(layer_of == number, curve) for number, curve in enumerate(curves)]
     density = np.array([curves[number].density[0] for number in layer_of])
     for _ in range(MOST_ROUNDS):
-        before, pressure = density, in_balance(mass, _edges(mass, density))
+        radius = np.cbrt(3.0 / (4.0 * math.pi) * np.cumsum(mass / density))
+        before, pressure = density, in_balance(mass, radius)
         density, sound = np.empty_like(mass), np.empty_like(mass)
         for own, curve in shells:
             density[own] = np.interp(pressure[own], curve.pressure, curve.density)
@@ -62,11 +63,6 @@ def _planet(body: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Matt
         if (np.abs(density - before) < SETTLED * before).all():
             return Matter(0.0, mass, density, sound)
     return None
-
-
-def _edges(mass: np.ndarray, density: np.ndarray) -> np.ndarray:
-    """The outer radii (K,) of shells."""
-    return np.cbrt(3.0 / (4.0 * math.pi) * np.cumsum(mass / density))
 
 
 def _isentrope(layer: Any, fluid: Any, origin: str | None, units: CodeUnits) -> Isentrope:

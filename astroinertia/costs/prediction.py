@@ -105,9 +105,9 @@ def predict(scene: Scene, machine: Machine, by: int = 1) -> Prediction | None:
 def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
     if scene.model != "sph":
         return _without_particles(scene, machine)
-    particles = _placed(scene)
-    if particles is None or scene.numerics.engine != "numba_cpu":
-        return None
+    if scene.particles is None or scene.numerics.engine != "numba_cpu":
+        return None  # only a table knows how many there are
+    particles = round(scene.body.placed(scene, scene.particles))  # which lattices round
     share = processes.share(particles, by)
     machine = processes.shared_out(machine, by) if share else machine
     own = counted(scene)
@@ -138,11 +138,6 @@ def _predicted(scene: Scene, machine: Machine, by: int) -> Prediction | None:
         parts, counts.steps, counts.by, counts.done, machine.memory["sph"] + particles * held, size, machine.calibrated,
         shortened, got, counts.first,
     )  # fmt: skip
-
-
-def _placed(scene: Scene) -> int | None:
-    """How many particles a scene will have, which lattices round; None where only a table knows."""
-    return None if scene.particles is None else round(scene.body.placed(scene, scene.particles))
 
 
 def counted(scene: Scene) -> Counts | None:

@@ -54,7 +54,8 @@ def joined() -> Iterator[None]:
             "MPI than the one that they were started by."
         )
     try:
-        if len(set(world.allgather(_kind()))) > 1:
+        kind = f"{processor()} {sys.version_info[:2]} {[version(name) for name in _VERSIONS]}"
+        if len(set(world.allgather(kind))) > 1:
             # Each takes all steps by itself: they would go different ways.
             raise SceneError("the processes of a run need the same processors and versions of packages; theirs differ.")
         _share_cores(world.Split_type(MPI.COMM_TYPE_SHARED).Get_size())
@@ -70,10 +71,6 @@ def joined() -> Iterator[None]:
         raise
     finally:
         _together.clear()
-
-
-def _kind() -> str:
-    return f"{processor()} {sys.version_info[:2]} {[version(name) for name in _VERSIONS]}"
 
 
 def _share_cores(processes: int) -> None:

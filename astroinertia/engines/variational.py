@@ -50,7 +50,8 @@ def slopes(trees: Sequence[Tree], step: float) -> tuple[Tree, float]:
         with np.errstate(invalid="ignore"):  # infinities that stay
             best, error = (np.where(same, 0.0, part) for part in derivative(arrays, step))
         if best.size:
-            jump = max(jump, float(np.linalg.norm(error) / max(np.linalg.norm(best), _size(arrays[0]), _SMALL)))
+            size = np.linalg.norm(np.where(np.isfinite(arrays[0]), arrays[0], 0.0))
+            jump = max(jump, float(np.linalg.norm(error) / max(np.linalg.norm(best), size, _SMALL)))
         answers.append(best)
     return jax.tree.unflatten(structure[0], answers), jump
 
@@ -81,7 +82,3 @@ def pushed(function: Callable[[Tree], Tree], tree: Tree, slope: Tree) -> tuple[T
     along = [jnp.asarray(parts[place], dtype=float) for place in places]
     value, change = jax.jvp(of_moving, (at,), (along,))
     return value, jax.tree.map(lambda part: None if part.dtype == jax.dtypes.float0 else part, change)
-
-
-def _size(array: np.ndarray) -> float:
-    return float(np.linalg.norm(np.where(np.isfinite(array), array, 0.0)))

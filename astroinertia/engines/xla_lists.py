@@ -129,11 +129,6 @@ def device(array: Any) -> Any:
     return jnp.asarray(array, dtype=jnp.int32)
 
 
-def _rounded(count: int) -> int:
-    # Up to a power of two, so that lists of similar length share one compiled program; unused chunks are skipped.
-    return 1 << (count - 1).bit_length() if count else 0
-
-
 def _slots(leaves: tree.Leaves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     start, count = leaves.start, int(leaves.start[-1])
     sizes = np.diff(start)
@@ -153,7 +148,8 @@ def _tiles(
     empty = len(blocks) if by_block else int(leaves.start[-1])
     chunk = patch[0] * patch[1]
     used = -(-len(leaf) // chunk)
-    total = _rounded(used) * chunk
+    # Up to a power of two, so that lists of similar length share one compiled program; unused chunks are skipped.
+    total = chunk << (used - 1).bit_length() if used else 0
     padded_leaf = np.full(total, leaves.count - 1, np.int32)
     padded_leaf[: len(leaf)] = leaf
     padded_sources = np.full((total, sources.shape[1]), empty, np.int32)

@@ -19,7 +19,7 @@ from astroinertia.engines import xla_pairs, xla_sums, xla_tiles
 from astroinertia.engines.pytree import pytree
 from astroinertia.gravity import expansions_xla as expansions, lists_xla, multipole
 from astroinertia.gravity.clamped_points import CLAMP
-from astroinertia.gravity.expansions import Index, harmonic
+from astroinertia.gravity.expansions import harmonic
 from astroinertia.gravity.lists_xla import Chunks, Lists
 
 Array = Any
@@ -236,11 +236,6 @@ def _levers(bodies: _Bodies) -> Array:
     return jnp.moveaxis(bodies.relative + offset[:, None], 2, 0)
 
 
-def _expansion(keys: tuple[Index, ...], array: Array) -> dict[Index, Array]:
-    # (..., K) as an array for each key.
-    return dict(zip(keys, _apart(array), strict=True))
-
-
 def _apart(array: Array) -> Array:
     # (..., K) as (K, ...), each component in one piece of memory: twice as fast as reading across the rows (measured).
     return jax.lax.optimization_barrier(jnp.moveaxis(array, -1, 0))
@@ -287,7 +282,7 @@ def _interactions(bodies: _Bodies, moments: Array) -> Array:
         # In units of the distance all numbers are about 1 or less, which float32 holds.
         ratio = (bodies.scale[source] / distance).astype(bodies.dtype)
         powers = expansions.powers(order, ratio)
-        given = {a: m * powers[sum(a)] for a, m in _expansion(sources, moments[source]).items()}
+        given = {a: m * powers[sum(a)] for a, m in zip(sources, _apart(moments[source]), strict=True)}
         made = expansions.local(order, bodies.components(separation / distance[:, :, None]), given)
         powers = expansions.powers(order, (bodies.scale[target][:, None] / distance).astype(bodies.dtype))
         inverse = (1.0 / distance).astype(bodies.dtype)

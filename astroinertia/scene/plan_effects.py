@@ -6,7 +6,7 @@ Tests: tests/unit/effects/test_sizes.py.
 import math
 from typing import Any
 
-from astroinertia.effects.characteristic import Characteristic, Neighbour, tidal_parameter
+from astroinertia.effects.characteristic import Characteristic, tidal_parameter
 from astroinertia.effects.sizes import MARGIN, effect_size
 from astroinertia.scene.auto import accuracy_of, settled, size_description
 from astroinertia.scene.characteristic import characteristic
@@ -62,7 +62,7 @@ def number_lines(scene: Scene) -> list[PlanLine]:
     ]
     lines += _support(settled(body, scene.effects)) + [
         (f"tide of {other.name}", f"{tidal_parameter(body, other.mass, other.distance):.3g}", "(M'/M) (R/a)^3")
-        for other in _pulling(body)
+        for other in (body.neighbours or () if body.mass is not None and body.radius is not None else ())
     ]
     compact, accuracy = body.compactness, accuracy_of(scene)
     if compact is not None and compact > accuracy and "relativistic_potential" not in scene.effects:
@@ -104,7 +104,3 @@ def _rotating(scene: Scene, name: str) -> str:
         if settles and body.rotation.t_over_w is None
         else ""
     )
-
-
-def _pulling(body: Characteristic) -> tuple[Neighbour, ...]:
-    return () if body.mass is None or body.radius is None else body.neighbours or ()

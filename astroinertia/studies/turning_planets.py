@@ -147,7 +147,10 @@ def _planet(
         spin_rate=spin_rate,
         obliquity=obliquity,
         orbit=(sun.gravitational_parameter, quantity(mean["semi_major_axis"], "length"), float(mean["eccentricity"])),
-        others={other: _turned(one, axes) for other, one in others.items()},
+        others={
+            other: j2000.State(one.gravitational_parameter, axes @ one.position, axes @ one.velocity)
+            for other, one in others.items()
+        },
         parts={one: (one,) for one in ("Sun", "Moon") if one in others}
         | {"planets": tuple(set(others) - {"Sun", "Moon"})},
         axes=axes,
@@ -224,10 +227,6 @@ def _others(name: str, kernels: spice.Kernels) -> tuple[dict[str, j2000.State], 
         other: j2000.State(one.gravitational_parameter, *spice.state(kernels, other, name))
         for other, one in others.items()
     }, kernels
-
-
-def _turned(one: j2000.State, axes: np.ndarray) -> j2000.State:
-    return j2000.State(one.gravitational_parameter, axes @ one.position, axes @ one.velocity)
 
 
 @brief

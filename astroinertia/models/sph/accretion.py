@@ -46,7 +46,8 @@ def step(problem: Problem, arrangement: Any, state: State) -> tuple[State, Any]:
     taken = _taken(groups, new)
     grown = _grown(state, sinks, groups)
     if new is not None:
-        grown = _with(grown, _point(state, new), int(effect.number), float(state.time))
+        point = merged(state.mass[new], state.position[new], state.velocity[new], np.zeros((1, 3)))
+        grown = _with(grown, point, int(effect.number), float(state.time))
     if effect.merging == "bound":
         grown = united(grown, float(effect.radius))
     if not len(taken) and len(grown.mass) == len(sinks.mass):
@@ -196,10 +197,6 @@ def _new_sink(problem: Problem, state: State, sinks: Sinks, effect: Any) -> Arra
         if collapses(*chosen):
             return inside
     return None
-
-
-def _point(state: State, chosen: Array) -> tuple[Array, Array, Array, Array]:
-    return merged(state.mass[chosen], state.position[chosen], state.velocity[chosen], np.zeros((1, 3)))
 
 
 def _grown(state: State, sinks: Sinks, groups: dict[int, Array]) -> Sinks:
