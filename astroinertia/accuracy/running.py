@@ -18,6 +18,7 @@ from astroinertia.accuracy.companion_runs import CompanionRun, companion_runs
 from astroinertia.build.assemble import missing, scene_of
 from astroinertia.engines import hosts
 from astroinertia.errors import ArchiveError, CompanionInterrupted, NumericalError, RunInterrupted, SceneError
+from astroinertia.models.protocol import SAME_TIME
 from astroinertia.run import loop
 from astroinertia.run.callback import STOPPED, Callback, callback_of
 from astroinertia.run.loop import Completion, Listener, Progress
@@ -143,7 +144,7 @@ def _shorter(main: xr.Dataset, outcomes: Sequence[tuple[CompanionRun, xr.Dataset
     """Why error bars end before the run; empty where they do not."""
     ends = ((float(outcome["time"][-1]), run, outcome) for run, outcome in outcomes if not isinstance(outcome, str))
     end, run, outcome = min(ends, key=lambda found: found[0])
-    if not end < float(main["time"][-1]) * (1.0 - loop.SAME_TIME):
+    if not end < float(main["time"][-1]) * (1.0 - SAME_TIME):
         return ""
     at = f"{end:.6g} {main['time'].attrs['units'].removeprefix('1')}".rstrip()
     why = outcome.attrs.get("ended_early", "")

@@ -29,11 +29,10 @@ from astroinertia.scene.plan import cadence, code_units, plan, region_descriptio
 from astroinertia.scene.schema import Scene
 from astroinertia.storage.archive import Archive
 from astroinertia.storage.bounded import plain_text
-from astroinertia.storage.manifest import complaint
+from astroinertia.storage.manifest import Count, complaint
 from astroinertia.units import CodeUnits
 
 BRANCH = "branched_from"  # of a run's description: which run it is a branch of, and where it begins
-_Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Seconds = Annotated[float, Field(ge=0.0, le=1e12)]
 
 
@@ -43,8 +42,8 @@ class Counters(BaseModel):
     model_config = ConfigDict(strict=True)
 
     opening_potential: float | None = None
-    series: _Count = 0
-    snapshot: _Count = 0
+    series: Count = 0
+    snapshot: Count = 0
     wall_time: _Seconds = 0.0
     opening_energy: float = 0.0
     measured: dict[str, int | float | str | list[float]] | None = None

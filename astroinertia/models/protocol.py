@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 Record = dict[str, Any]
+SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 
 
 class GivenUp(Exception):

@@ -50,6 +50,7 @@ class BodyState:
 
 
 # What limits the time step of particles, besides the effects of a scene, as `timestep_limit` numbers it after these.
+MODES = (1, 2, 3, 4)  # azimuthal wave numbers
 TIMESTEP_CRITERIA = ("acceleration", "energy", "longest", "contact")
 SAID = tuple(field.name for field in fields(BodyState) if field.name != "particles")
 """What of it is recorded."""
@@ -173,7 +174,7 @@ LABELS: dict[str, tuple[list, str]] = {
     "i": (["x", "y", "z"], "Cartesian component"),
     "j": (["x", "y", "z"], "Cartesian component"),
     "principal": ([1, 2, 3], "number of the principal axis"),
-    "mode": ([1, 2, 3, 4], "azimuthal wave number"),
+    "mode": (list(MODES), "azimuthal wave number"),
     "coefficient": (["C20", "C21", "S21", "C22", "S22"], "coefficient of degree 2 of the gravity field"),
     "observer": (["polar", "equatorial"], "direction that a gravitational wave is seen from"),
 }

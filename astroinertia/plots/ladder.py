@@ -22,9 +22,8 @@ from astroinertia.plots.shown_units import beyond_round_off, written
 from astroinertia.scene.sweep_values import short_text
 
 MODELS = ("scaling", "rigid", "ellipsoid", "sph")  # from the cheapest to the one that leaves least out
-COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
 DASHES = ("-", (0, (5, 2)), (0, (1.2, 1.6)), (0, (6, 2, 1, 2)))
-MOST_RUNS = len(COLOURS)
+MOST_RUNS = len(style.COLOURS)
 USUAL = (
     "moment_of_inertia", "mean_angular_velocity", "mean_radius", "ellipsoid_flattening", "rotational_to_gravitational",
     "density_max",
@@ -331,8 +330,8 @@ def _overlaid(axes, one: Compared, names: list[str], factor: float) -> None:
         scale, unit = 1.0, one.unit
     for place, (number, line) in enumerate(one.lines.items()):
         axes.plot(
-            line.times / factor, line.values / scale, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)],
-            linewidth=1.7, label=names[number],
+            line.times / factor, line.values / scale, color=style.COLOURS[number], label=names[number],
+            linestyle=DASHES[place % len(DASHES)], linewidth=1.7,
         )  # fmt: skip
     if logarithmic:
         axes.set_yscale("log")
@@ -352,7 +351,7 @@ def _differences(axes, one: Compared, factor: float, finest: int) -> None:
             continue
         shown = np.where(sizes > 0, sizes, np.nan)
         axes.semilogy(
-            line.at / factor, shown, color=COLOURS[number], linestyle=DASHES[place % len(DASHES)], linewidth=1.4
+            line.at / factor, shown, color=style.COLOURS[number], linestyle=DASHES[place % len(DASHES)], linewidth=1.4
         )
         drawn.append(shown)
     if not drawn:

@@ -104,7 +104,7 @@ def section_figure(section, eccentricity: float, asphericity: float, resonances:
         axes = figure.subplots()
         angle, rate = (np.asarray(values).reshape(len(section.angle), -1) for values in section)
         size = 1.2 if angle.size < 40000 else 0.35
-        colours = [style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY]
+        colours = style.COLOURS[:-1]
         for k in range(angle.shape[1]):
             axes.plot(np.degrees(angle[:, k]), rate[:, k], ".", markersize=size, color=colours[k % len(colours)])
         for k, p in enumerate(resonances):

@@ -14,7 +14,6 @@ from astroinertia.rotation.pulsar_table import Pulsar, pulsars as observed
 
 _YEAR, _HOUR = 365.25 * 86400, 3600.0
 _COMPACT = 1e6  # m; what ends smaller is a neutron star here
-_COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW)
 _KINDS = {
     "ordinary": ("o", style.BLUE, "ordinary"),
     "recycled": ("D", style.VERMILLION, "spun up by accretion"),
@@ -64,7 +63,7 @@ def _period_panel(axes: Any, dataset: xr.Dataset, first: int) -> None:
     for factor in kepler:
         axes.plot(line, factor * line**1.5, color=style.GREY, linewidth=0.8, linestyle=(0, (5, 3)), zorder=1)
     for number in range(dataset.sizes["case"]):
-        colour = _COLOURS[(first + number) % len(_COLOURS)]
+        colour = style.COLOURS[(first + number) % len(style.COLOURS)]
         allowed = ~dataset["beyond_kepler"].values[number]
         x, y, last = radius[number], period[number], int(np.flatnonzero(allowed)[-1])
         stopped = last < len(allowed) - 1

@@ -27,6 +27,7 @@ from astroinertia.units import known_size, quantity, readable as readable, unit_
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = (
     "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#B8A800",
 )  # fmt: skip
+COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW)  # of things beside each other, in this order
 INK, GREY, PALE = "#1c1c1c", "#707070", "#d9d9d9"
 COMPONENTS = (SKY, ORANGE, BLUE)
 # Of three curves that may lie on each other: each shows through the gaps of those that are drawn after it.

@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from astroinertia.plots import style
 
-_COLOURS = (style.BLUE, style.VERMILLION, style.GREEN, style.ORANGE, style.PURPLE, style.SKY, style.YELLOW, style.GREY)
+_COLOURS = (*style.COLOURS, style.GREY)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "h")
 _BALANCED = ("*", style.INK)  # of settings in which several knobs are turned
 _FLOOR = 1e-17  # smallest error that is drawn

@@ -31,7 +31,7 @@ from astroinertia.engines import hosts
 from astroinertia.engines.double import in_double
 from astroinertia.engines.mesh import shared_out
 from astroinertia.errors import NumericalError, RunInterrupted, SceneError
-from astroinertia.models.protocol import Figures, GivenUp, GivesUp, RunsOut, Through
+from astroinertia.models.protocol import SAME_TIME, Figures, GivenUp, GivesUp, RunsOut, Through
 from astroinertia.observables.own import recorded
 from astroinertia.process import interrupts
 from astroinertia.process.interrupts import LIMIT
@@ -83,7 +83,6 @@ class Progress:
 TELLING = 0.05  # share of a run's time that goes into saying how far it is, at most, as long as the pauses allow it
 PAUSES = (0.2, 5.0)  # seconds of silence between two times that it is said: at least, and at most whatever that costs
 HELD = 1 << 26  # bytes of snapshots that wait in memory for the next checkpoint
-SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 OFF_PLAN = 10.0  # times the steps that were planned for the whole run, from which on a run says so
 Listener = Callable[[Progress], None]
 """What hears how a run goes; if it raises RunInterrupted, the run is saved and stops, as after a signal."""

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from astroinertia.scene.dimensional import quantity_of
 from astroinertia.scene.own_body import OwnBody
-from astroinertia.scene.problems import Problem
+from astroinertia.scene.problems import Path, Problem
 from astroinertia.scene.schema import Scene, Units
 from astroinertia.units import DIMENSIONLESS, DIMENSIONS, CodeUnits, Dimension, Option, pressure_constant_dimension
 
@@ -20,7 +20,6 @@ LARGEST = 1e35  # of a number in code units
 SMALLEST = 1e-35  # of one that must be positive: others may be zero, so that what is as good as zero does no harm
 LARGEST_UNIT, SMALLEST_UNIT = 1e48, 1e-48  # of mass, length and time, in SI: from electrons to clusters of galaxies
 
-Path = tuple[str | int, ...]
 Number = tuple[Path, float, str | Dimension, bool]  # where, its value, dimension, and whether it must be positive
 
 

@@ -29,7 +29,7 @@ VERSION = 3
 with the records of a segment. 3: snapshots in files of their own, described here; records as one table."""
 
 
-_Count = Annotated[int, Field(ge=0, lt=2**53)]
+Count = Annotated[int, Field(ge=0, lt=2**53)]
 _Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 _Exponent = Annotated[float, Field(ge=-100.0, le=100.0)]
 _Text = str | None
@@ -84,7 +84,7 @@ class _Metadata(_Plain):
     structure: dict[str, float] = {}
     box: list[float | None] = []
     neighbours: float | None = None
-    body_particles: list[_Count] = []
+    body_particles: list[Count] = []
     principal_gap_tolerance: float | None = None
     predicted_evolution_time: float = math.nan
     predicted_steps: float = math.inf
@@ -97,9 +97,9 @@ class _Segment(_Plain):
 
     file: Annotated[str, Field(pattern=r"^(segment|snapshots)-[0-9]+\.npz$")]
     sha256: str
-    records: _Count
-    snapshots: _Count
-    layout: dict[str, list[_Count]] | None = None
+    records: Count
+    snapshots: Count
+    layout: dict[str, list[Count]] | None = None
     types: dict[str, Annotated[str, Field(pattern=r"^[<>|=][biufcSU][0-9]{1,4}$")]] | None = None
     times: list[float] | None = None
 
@@ -117,20 +117,20 @@ class _Segment(_Plain):
 class _Checkpoint(_Plain):
     file: Annotated[str, Field(pattern=r"^checkpoint-[0-9]+\.npz$")]
     sha256: str
-    segments: _Count
+    segments: Count
 
 
 class _Final(_Plain):
     file: Annotated[str, Field(pattern=r"^[^/\\\s]*\.nc$")]  # in this folder
     sha256: str
-    segments: _Count
+    segments: Count
 
 
 class _Manifest(_Plain):
     """The schema of a manifest: its own hash whoever wrote it may have found, too."""
 
     version: Literal[3]
-    serial: _Count
+    serial: Count
     metadata: _Metadata
     segments: list[_Segment]
     checkpoints: Annotated[list[_Checkpoint | None], Field(min_length=1, max_length=2)]

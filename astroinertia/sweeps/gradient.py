@@ -23,9 +23,10 @@ from astroinertia.accuracy.selected_observables import SelectedObservable, parse
 from astroinertia.build.assemble import Prepared, metadata, model_description, prepare
 from astroinertia.engines.variational import SIDES
 from astroinertia.errors import NumericalError, SceneError
+from astroinertia.models.protocol import SAME_TIME
 from astroinertia.observables.own import recorded
 from astroinertia.run.branch import moment
-from astroinertia.run.loop import SAME_TIME, computing, in_si
+from astroinertia.run.loop import computing, in_si
 from astroinertia.scene import source
 from astroinertia.scene.plan import code_units
 from astroinertia.scene.schema import Scene

@@ -16,14 +16,13 @@ from astroinertia.models import checkpoint
 from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.affine_body import Problem, State
 from astroinertia.models.ellipsoid.record import energies, ledger_closure, series_record, unaccounted_energy
-from astroinertia.models.protocol import Figures, Record
+from astroinertia.models.protocol import SAME_TIME, Figures, Record
 
 AT_ONCE = 2**8  # steps, of up to some 20 ms, after which the run looks at the clock and at what signals ask for
 ABSOLUTE = 0.1  # absolute error over the relative one, of numbers of order 1
 COLLAPSED = 1e-8  # of the smallest semi-axis at the start: what is thinner counts as a pancake, a spindle or a point
 STEEP = 1e4  # times that thickness, below which steps that grow too short tell of a collapse too
 FIRST_STEP = 1e-3  # over the time in which the body changes
-SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 SMALL = 0.03  # semi-axes below this share of the largest are those that have collapsed
 
 

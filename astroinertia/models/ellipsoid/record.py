@@ -6,9 +6,8 @@ import numpy as np
 
 from astroinertia.models.ellipsoid import affine_body
 from astroinertia.models.ellipsoid.affine_body import Observed
-from astroinertia.observables.quantities import BodyState, ledger_closure as closure, of_ledger, row
+from astroinertia.observables.quantities import MODES, BodyState, ledger_closure as closure, of_ledger, row
 
-MODES = (1, 2, 3, 4)
 VANISHING = 1e-6  # of the largest force
 KINETIC, INTERNAL = "kinetic", "internal"
 

@@ -11,7 +11,8 @@ import jax
 
 from astroinertia.engines import adaptive, variational
 from astroinertia.models.ellipsoid import affine_body
-from astroinertia.models.ellipsoid.evolution import ABSOLUTE, AT_ONCE, SAME_TIME, Ellipsoid
+from astroinertia.models.ellipsoid.evolution import ABSOLUTE, AT_ONCE, Ellipsoid
+from astroinertia.models.protocol import SAME_TIME
 
 Array = Any
 

@@ -10,7 +10,7 @@ from astroinertia.effects.effect import acting
 from astroinertia.engines.pytree import mapped
 from astroinertia.errors import NumericalError
 from astroinertia.models.checkpoint import flattened
-from astroinertia.models.protocol import Figures, GivenUp, Record, never
+from astroinertia.models.protocol import SAME_TIME, Figures, GivenUp, Record, never
 from astroinertia.models.sph.evaluate import effect_accelerations, turned
 from astroinertia.models.sph.limits import limiting, timestep_limits, total_acceleration, towards
 from astroinertia.models.sph.record import (
@@ -21,18 +21,14 @@ from astroinertia.models.sph.record import (
     timestep_limit,
     works_from_outside,
 )
-from astroinertia.models.sph.sorting import in_order, places_of, rearranged, stale
+from astroinertia.models.sph.sorting import STEPS_BETWEEN_SORTS, in_order, places_of, rearranged, stale
 from astroinertia.models.sph.state import Problem, State, without_gradients
 from astroinertia.models.sph.step import step
 from astroinertia.observables.quantities import TIMESTEP_CRITERIA
 from astroinertia.sph.density import mass_around
 
-# Particles are sorted again, and checkpoints may be taken, every so many steps and after each that was of several
-# intervals: a resumed run then sorts where the uninterrupted one did, and both compute the same bits.
-STEPS_BETWEEN_SORTS = 16
 # A step so much shorter than the run is no longer an evolution in time.
 SMALLEST_STEP = 1e-13
-SAME_TIME = 1e-12  # share of a time by which two differ that are meant to be the same
 FEWEST = 8  # particles that still are a fluid
 SPARE = 1.5  # times the mass without which the heaviest particle has no smoothing length
 

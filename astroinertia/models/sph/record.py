@@ -14,6 +14,7 @@ from astroinertia.models.sph.points import system_record
 from astroinertia.models.sph.resolution import resolution
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.observables.quantities import (
+    MODES,
     TIMESTEP_CRITERIA,
     BodyState,
     ledger_closure as closure,
@@ -24,7 +25,6 @@ from astroinertia.sph.kernels import KERNELS, neighbour_number
 from astroinertia.sph.standard_volumes import DENSITY_FACTOR
 
 RADIUS_BINS = 32
-MODES = (1, 2, 3, 4)
 SHOWN = ("electron_fraction", DENSITY_FACTOR)  # of what effects evolve for themselves, what snapshots have
 RING = (0.25, 0.75)  # of the mass, in the order of its distance from the axis
 

@@ -26,7 +26,7 @@ from astroinertia.bodies.rotation_laws import Law
 from astroinertia.errors import NumericalError
 from astroinertia.models.sph.evaluate import evaluated, potential_energies
 from astroinertia.models.sph.first_state import initial_state
-from astroinertia.models.sph.sorting import rearranged, stale
+from astroinertia.models.sph.sorting import STEPS_BETWEEN_SORTS, rearranged, stale
 from astroinertia.models.sph.state import Problem, State
 from astroinertia.sph.rotation import law_of, rotation_velocity
 from astroinertia.storage import cache
@@ -37,7 +37,6 @@ _COURANT = 0.8  # of h/(c + sqrt(h |a|)); twice as much is unstable
 _COURANT_OF_FOURTH_ORDER = 0.55  # with densities of fourth order, which are stiffer: 0.65 is stable, 0.8 is not
 _MOST_INERTIA = 0.9  # share of a move that is kept for the next
 _LARGEST_MOVE = 0.15  # of a smoothing length a step
-_STEPS_BETWEEN_SORTS = 16
 _ALLOWED_TO_ROTATION = 12.0  # T/|W| of density error besides: the target is that of the body at rest
 _VERSION = 5  # part of the cache key: raise it when the outcome changes
 
@@ -217,7 +216,7 @@ def _descend(
         state = replace(state, position=state.position + move)
         if infall is not None:
             state = replace(state, position=centre + (state.position - centre) * (size / _size(state)))
-        if step % _STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state, still):
+        if step % STEPS_BETWEEN_SORTS == 0 or stale(problem, arrangement, state, still):
             before = np.asarray(state.identity)
             state, arrangement = rearranged(problem, state, still)
             order = np.asarray(state.identity)

@@ -11,6 +11,9 @@ from astroinertia.models.sph.points import with_others, without_others
 from astroinertia.models.sph.state import Arrangement, Problem, State
 
 Array = Any
+# Particles are sorted again, and checkpoints may be taken, every so many steps and after each that was of several
+# intervals: a resumed run then sorts where the uninterrupted one did, and both compute the same bits.
+STEPS_BETWEEN_SORTS = 16
 
 
 def rearranged(
