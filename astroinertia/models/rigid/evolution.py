@@ -26,7 +26,6 @@ Array = Any
 EXACT = "exact for a body that keeps its shape, or changes its size as prescribed"
 
 SHORTEST = 1e-12  # of a stretch between two breaks, as a share of the time
-_STEPS_AT_ONCE = 2**14  # after which the run looks at the clock and at what signals ask for
 FAR_TOO_MANY = (
     f"{adaptive.MOST_STEPS:.0e} steps of the adaptive integrator do not reach the next record: "
     "record more often, take the integrator splitting, or the model scaling if only the rate counts"
@@ -132,7 +131,7 @@ class RigidBody:
             for number, effect in enumerate(body.effects):
                 if stop in effect.breaks(start, stop):
                     self.strike(number, effect)
-            if self._steps > begun + _STEPS_AT_ONCE or self._steps >= most:
+            if self._steps > begun + passage.STEPS_AT_ONCE or self._steps >= most:
                 return
 
     def through(

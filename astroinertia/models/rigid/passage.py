@@ -28,9 +28,9 @@ AT_ONCE = 256
 # they take another length: within it they stay alike, as a symplectic method wants them. A free body's pace stays.
 _STEPS_BETWEEN_LOOKS, _STEPS_OF_FREE = 4096, 2**17
 _CHANGE_OF_PACE = 1.25
-ADAPTIVE_BETWEEN_LOOKS = 2**16
+ADAPTIVE_BETWEEN_LOOKS = 2**8  # at errors of the attitude, which are put right
 # Steps after which a call ends, so that the run looks at the clock and at what signals ask for: about a second.
-_STEPS_AT_ONCE = {"splitting": 2**14, "adaptive": 2**12}
+STEPS_AT_ONCE = 2**14
 MOST_STEPS = 10**12
 _HIGHEST = max(splitting.COMPOSITIONS)
 _SIZES_LOOKED_AT = 65  # between now and the next output, for the smallest
@@ -98,10 +98,11 @@ def passage(
     breaks.
     """
     empty = jax.tree.map(lambda one: jnp.zeros((AT_ONCE, *jnp.shape(one)), jnp.asarray(one).dtype), state_met(course))
-    begun, allowed = course.steps, jnp.minimum(_STEPS_AT_ONCE[integrator], most - course.steps)
+    begun, allowed = course.steps, jnp.minimum(STEPS_AT_ONCE, most - course.steps)
 
     def under_way(carry: Passage) -> Array:
-        return (carry.number < count) & (carry.trouble == NOTHING) & (carry.course.steps - begun < allowed)
+        goes = (carry.trouble == NOTHING) | (carry.trouble == UNFINISHED)
+        return (carry.number < count) & goes & (carry.course.steps - begun < allowed)
 
     def part(carry: Passage) -> Passage:
         until, before = times[carry.number], carry.course
@@ -214,7 +215,7 @@ def _adapted(
     advanced = adaptive.advance(
         rigid.rate, (body, *units), scaled, course.time, until, jnp.minimum(left, first), tolerance, tolerance,
         None if orbits is None else rigid.entered,
-        jnp.minimum(min(ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS), most),
+        jnp.minimum(ADAPTIVE_BETWEEN_LOOKS, most),
     )  # fmt: skip
     turning, momentum, sums = (advanced.state[name] for name in ("turning", "momentum", "accumulated"))
     if orbits is not None:

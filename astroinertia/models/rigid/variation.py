@@ -71,8 +71,7 @@ def _go(body: RigidBody, four: Sequence[RigidBody], step: float, stop: float) ->
     while goes_on:
         advanced = adaptive.advance(
             _rate, (arguments, by_arguments), (state, along), time, stop, min(timestep, stop - time),
-            body.settings.tolerance, body.settings.tolerance, None,
-            min(passage.ADAPTIVE_BETWEEN_LOOKS, adaptive.MOST_STEPS),
+            body.settings.tolerance, body.settings.tolerance, None, passage.ADAPTIVE_BETWEEN_LOOKS,
         )  # fmt: skip
         goes_on = way.goes_on(time, advanced, stop)
         (state, along), time, timestep = advanced.state, float(advanced.time), float(advanced.timestep)
