@@ -35,11 +35,14 @@ def advance(body: Particles, four: Sequence[Particles], step: float, until: floa
         raise ValueError("the times at which effects begin or end differ")
     with jax.enable_x64(True):
         known = body.state.identity
-        beside = [(one.problem, in_order(one.state, _order(one.state.identity, known))) for one in four]
-        (by_problem, along), jump = variational.slopes(beside, step)
+        along, jump = variational.slopes([in_order(one.state, _order(one.state.identity, known)) for one in four], step)
+        by_problem, known_until = None, -np.inf
         while body.time < until * (1.0 - MET):
             longest = body.longest
             stop, problem = body.stretch(until)
+            if stop != known_until:
+                by_problem, moved = variational.slopes([acting(one.problem, body.time, stop) for one in four], step)
+                known_until, jump = stop, max(jump, moved)
             body.begin(stop, longest)
             longest = min(float(body.state.rates.timestep), longest)
             along = in_order(along, _order(known, body.state.identity))
@@ -48,6 +51,7 @@ def advance(body: Particles, four: Sequence[Particles], step: float, until: floa
                 (problem, by_problem), body.arrangement, (body.state, along), stop, parts, body.free_fall_factor
             )
             if stop in breaks and body.has_met(stop):
+                by_problem, _ = variational.slopes([acting(one.problem, stop) for one in four], step)
                 both = (acting(body.problem, stop), by_problem), body.arrangement, (body.state, along)
                 body.state, along = _turned(*both, stop)
             body.check()

@@ -326,6 +326,41 @@ def test_an_effect_from_python_is_differentiated_as_one_of_the_package(tmp_path)
         run_sweep(sensitivity_sweep(motor, ["body.rotation.rate"]), tmp_path / "runs")
 
 
+@pytree
+@dataclass(frozen=True, eq=False)
+class Boost(Effect):
+    """An acceleration along x for a while, which `during` alone says."""
+
+    strength: Any = 2.0
+    lasts: Any = 0.17
+    kind: ClassVar[str] = "boost"
+    external: ClassVar[bool] = True
+    options: ClassVar = {
+        "strength": positive("acceleration", 2.0, "of all particles"),
+        "lasts": positive("time", 0.17, "how long"),
+    }
+
+    def breaks(self, start, end):
+        """When it ends."""
+        return (float(self.lasts),) if start < self.lasts <= end else ()
+
+    def during(self, start, end):
+        """Nothing after that."""
+        return self if end <= self.lasts else replace(self, strength=0.0)
+
+    def acceleration(self, xp, fluid):
+        """Along x."""
+        return xp.zeros_like(fluid.position) + self.strength * xp.asarray([1.0, 0.0, 0.0])
+
+
+@pytest.mark.slow
+def test_a_strength_counts_while_during_alone_lets_an_effect_act():
+    boosted = astroinertia.Scene(**{**COLD, "effects": ["gravity", Boost()]})
+    found = astroinertia.gradient(boosted, "momentum.x@end", ["effects.boost.strength"])
+    assert float(found.value) == pytest.approx(2.0 * 0.17, rel=1e-9)  # of a mass of 1
+    assert float(found.gradient[0]) == pytest.approx(0.17, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_wobble_and_its_period_have_gradients():
     """A free top keeps its wobble, and does all in a time that goes as the period of its rotation."""
