@@ -237,6 +237,10 @@ class Broken:
         parts = object.__getattribute__(self, "parts")
         return parts[name] if name in parts else getattr(object.__getattribute__(self, "effect"), name)
 
+    def during(self, start: float, end: float) -> Any:
+        """The same, broken, at all times."""
+        return self
+
 
 def with_broken(kind: str, **parts: Any) -> tuple[Any, ...]:
     return tuple(Broken(effect, **parts) if effect.kind == kind else effect for effect in effects())
