@@ -59,7 +59,8 @@ def test_figures_of_equilibrium_are_closed_forms():
     assert math.sin(turned - angle) == pytest.approx(0.0, abs=1e-10)
     spheroid = of("maclaurin")
     assert "closed form" in spheroid.source
-    assert spheroid.values["angular_velocity"][2] == SCENES["maclaurin"].scene().body.rotation.rate
+    rate = SCENES["maclaurin"].scene().body.rotation.rate
+    assert spheroid.values["angular_velocity"][2] == pytest.approx(rate, rel=1e-15)  # processors round differently
 
 
 @pytest.mark.slow
